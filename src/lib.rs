@@ -1,0 +1,4 @@
+//! Progressive photon mapping on Embree 4.
+
+pub mod bsdf;
+pub mod math;

@@ -1,0 +1,28 @@
+//! Vectors, rays, frames, random numbers and warps: the ground floor, which imports glam alone.
+
+mod aabb;
+mod frame;
+mod offset;
+mod ray;
+mod rng;
+pub mod warp;
+
+pub use aabb::Aabb;
+pub use frame::Frame;
+pub use glam::{DVec3, Vec2, Vec3};
+pub use offset::{RELATIVE_POSITION_ERROR, offset_origin};
+pub use ray::Ray;
+pub use rng::{Rng, Stream};
+
+/// A linear RGB triple: a reflectance, a power (W), a radiance (W/m²/sr) or a dimensionless weight.
+pub type Rgb = Vec3;
+
+/// The mean of the three channels: the scalar that roulette and light selection go by.
+///
+/// ```
+/// use caustica::math::{Rgb, mean};
+/// assert_eq!(mean(Rgb::new(1.0, 2.0, 6.0)), 3.0);
+/// ```
+pub fn mean(rgb: Rgb) -> f32 {
+    rgb.element_sum() / 3.0
+}
