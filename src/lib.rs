@@ -1,4 +1,6 @@
 //! Progressive photon mapping on Embree 4.
 
 pub mod bsdf;
+pub mod camera;
+pub mod light;
 pub mod math;

@@ -1,0 +1,101 @@
+use crate::math::Vec3;
+
+/// What a smooth interface between two dielectrics does with a ray, all in the local frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Refraction {
+    /// Direction of the transmitted ray, unit, on the other side than `wo`.
+    pub wi: Vec3,
+    /// Relative index of refraction: transmitted side over incident side.
+    pub eta: f32,
+}
+
+/// The mirror direction of `wo` about the local z axis.
+pub fn reflect(wo: Vec3) -> Vec3 {
+    Vec3::new(-wo.x, -wo.y, wo.z)
+}
+
+/// Refracts by Snell's law: `sin θ_t = sin θ_i / eta`. `None` is total internal reflection.
+///
+/// `ior` is the index below the surface (z < 0) over that above; the side of `wo` tells which one the ray is in.
+///
+/// ```
+/// use caustica::{bsdf::refract, math::Vec3};
+/// let straight = refract(Vec3::Z, 1.5).map(|r| r.wi);
+/// assert_eq!(straight, Some(Vec3::NEG_Z));
+/// assert_eq!(refract(Vec3::new(0.8, 0.0, -0.6), 1.5), None);
+/// ```
+pub fn refract(wo: Vec3, ior: f32) -> Option<Refraction> {
+    let eta = if wo.z > 0.0 { ior } else { ior.recip() };
+    let cos2_t = 1.0 - (1.0 - wo.z * wo.z).max(0.0) / (eta * eta);
+    if cos2_t <= 0.0 {
+        return None;
+    }
+    let z = -cos2_t.sqrt().copysign(wo.z);
+    let wi = Vec3::new(-wo.x / eta, -wo.y / eta, z).normalize();
+    Some(Refraction { wi, eta })
+}
+
+/// The share of unpolarised light that a smooth interface reflects.
+///
+/// `R = ((eta cos_i - cos_t) / (eta cos_i + cos_t))² / 2 + ((cos_i - eta cos_t) / (cos_i + eta cos_t))² / 2`
+///
+/// `cos_i` and `cos_t` are the cosines of the incident and the transmitted angle, both in `[0, 1]`; `eta` is the
+/// index on the transmitted side over that on the incident side. At a grazing `cos_i = 0` the result is 1.
+///
+/// # Source
+/// Born and Wolf, "Principles of Optics", section 1.5.2.
+pub fn fresnel_reflectance(cos_i: f32, cos_t: f32, eta: f32) -> f32 {
+    let parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
+    let perpendicular = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
+    (0.5 * (parallel * parallel + perpendicular * perpendicular)).min(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn normal_incidence_on_glass_reflects_four_percent() {
+        assert!((fresnel_reflectance(1.0, 1.0, 1.5) - 0.04).abs() < 1e-7);
+    }
+
+    #[test]
+    fn brewster_angle_lets_half_of_the_perpendicular_share_through() {
+        let eta = 1.5f32;
+        let cos_i = (1.0 / (1.0 + eta * eta)).sqrt();
+        let cos_t = eta * cos_i;
+        let perpendicular = ((eta * eta - 1.0) / (eta * eta + 1.0)).powi(2);
+        assert!((fresnel_reflectance(cos_i, cos_t, eta) - 0.5 * perpendicular).abs() < 1e-6);
+    }
+
+    #[test]
+    fn grazing_light_is_reflected_whole() {
+        for cos_i in [0.0, 1e-30, 1e-6] {
+            let wo = Vec3::new((1.0f32 - cos_i * cos_i).sqrt(), 0.0, cos_i);
+            let cos_t = refract(wo, 1.5).map_or(0.0, |r| -r.wi.z);
+            assert!((fresnel_reflectance(cos_i, cos_t, 1.5) - 1.0).abs() < 1e-4);
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn refraction_obeys_snell_and_can_be_reversed(x in -0.99f32..0.99, up: bool, ior in 0.4f32..3.0) {
+            let z = (1.0 - x * x).sqrt();
+            let wo = Vec3::new(x, 0.0, if up { z } else { -z });
+            if let Some(r) = refract(wo, ior) {
+                prop_assert!((r.wi.length() - 1.0).abs() < 1e-5);
+                prop_assert!((wo.x + r.eta * r.wi.x).abs() < 1e-5);
+                prop_assert!(r.wi.z * wo.z < 0.0);
+                prop_assume!(r.wi.z.abs() > 0.05);
+                let back = refract(r.wi, ior).unwrap();
+                prop_assert!((back.wi - wo).length() < 1e-3);
+                prop_assert!((fresnel_reflectance(z, r.wi.z.abs(), r.eta)
+                    - fresnel_reflectance(r.wi.z.abs(), z, 1.0 / r.eta)).abs() < 1e-5);
+            } else {
+                let eta = if up { ior } else { 1.0 / ior };
+                prop_assert!(x.abs() >= eta * 0.9999);
+            }
+        }
+    }
+}

@@ -1,0 +1,122 @@
+use crate::math::{Rgb, Rng, Vec3, warp};
+
+/// What a path carries, which decides how it changes at a refracting interface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Transport {
+    /// Radiance along the specular chain from the camera. The course's fixed weights apply as they stand.
+    Camera,
+    /// Radiance along any later part of a path from the camera: refraction scales it by `1 / eta²`.
+    Radiance,
+    /// Photon power, which an interface passes on unscaled.
+    Power,
+}
+
+/// How diffuse bounces choose their direction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DiffuseSampling {
+    /// Density cos θ / π: the cosine cancels and every photon keeps its power.
+    Cosine,
+    /// Density 1 / 2π by rejection: power is scaled by 2 cos θ.
+    Uniform,
+}
+
+/// A kind of scattering.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Event {
+    /// Lambertian reflection.
+    Diffuse,
+    /// Mirror reflection, total internal reflection included.
+    Reflection,
+    /// Refraction into the other side.
+    Transmission,
+}
+
+/// A perfectly specular continuation of a path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpecularLobe {
+    /// Reflection or transmission.
+    pub event: Event,
+    /// Where the path goes on, unit, local.
+    pub wi: Vec3,
+    /// The share of the incident power that goes this way; roulette takes it as the probability.
+    pub share: Rgb,
+    /// What multiplies the share for the quantity that the path carries; 1 but for refracted radiance.
+    pub scale: f32,
+}
+
+impl SpecularLobe {
+    /// The factor on a path that follows this lobe for certain.
+    pub fn weight(&self) -> Rgb {
+        self.share * self.scale
+    }
+}
+
+/// All that a surface does with light that comes along one direction: one diffuse and at most two specular lobes.
+///
+/// The shares of all lobes sum to at most 1 per channel; the rest is absorbed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scattering {
+    /// The diffuse lobe's share of the incident power; `f = albedo / π`.
+    pub albedo: Rgb,
+    lobes: [Option<SpecularLobe>; 2],
+}
+
+/// The lobe that roulette chose, and the factor on the path: its weight over its probability.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Choice {
+    /// A diffuse bounce; the factor still lacks that of [`sample_diffuse`].
+    Diffuse {
+        /// `albedo / p`.
+        factor: Rgb,
+    },
+    /// A specular bounce.
+    Specular {
+        /// Reflection or transmission.
+        event: Event,
+        /// Where the path goes on, unit, local.
+        wi: Vec3,
+        /// `weight / p`.
+        factor: Rgb,
+    },
+}
+
+impl Scattering {
+    /// Lobes without any share are left out: they contribute nothing.
+    pub fn new(albedo: Rgb, lobes: [Option<SpecularLobe>; 2]) -> Scattering {
+        Scattering { albedo, lobes: lobes.map(|lobe| lobe.filter(|l| l.share.max_element() > 0.0)) }
+    }
+
+    /// The specular lobes.
+    pub fn specular(&self) -> impl Iterator<Item = &SpecularLobe> {
+        self.lobes.iter().flatten()
+    }
+
+    /// Russian roulette among the lobes and absorption (`None`), with `u` uniform in `[0, 1)`.
+    ///
+    /// A lobe is chosen with probability `p` = the largest channel of its share (linear RGB), and compensated by
+    /// `1 / p` exactly once, here.
+    pub fn choose(&self, u: f32) -> Option<Choice> {
+        let mut below = 0.0;
+        for lobe in self.specular() {
+            let p = lobe.share.max_element();
+            below += p;
+            if u < below {
+                return Some(Choice::Specular { event: lobe.event, wi: lobe.wi, factor: lobe.weight() / p });
+            }
+        }
+        let p = self.albedo.max_element();
+        (u < below + p).then(|| Choice::Diffuse { factor: self.albedo / p })
+    }
+}
+
+/// A direction of a diffuse bounce on the side of `wo`, and its factor `cos θ / (π pdf_w)`, all local.
+pub fn sample_diffuse(sampling: DiffuseSampling, wo: Vec3, rng: &mut Rng) -> (Vec3, f32) {
+    let (wi, factor) = match sampling {
+        DiffuseSampling::Cosine => (warp::square_to_cosine_hemisphere(rng.next_vec2()), 1.0),
+        DiffuseSampling::Uniform => {
+            let wi = warp::uniform_hemisphere_by_rejection(rng);
+            (wi, 2.0 * wi.z)
+        }
+    };
+    (if wo.z < 0.0 { wi.with_z(-wi.z) } else { wi }, factor)
+}

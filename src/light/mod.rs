@@ -1,0 +1,193 @@
+//! Where light comes from: a closed set of lights, and the choice among them.
+
+mod selection;
+
+pub use selection::Lights;
+
+use std::f32::consts::PI;
+
+use crate::math::{Frame, RELATIVE_POSITION_ERROR, Rgb, Rng, Vec2, Vec3, offset_origin, warp};
+
+/// A source of light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Light {
+    /// A point that shines alike in all directions.
+    Point {
+        /// Where it is.
+        position: Vec3,
+        /// Radiant intensity (W/sr).
+        intensity: Rgb,
+    },
+    /// A Lambertian triangle that shines to the side from which its corners run counter-clockwise.
+    Triangle {
+        /// The corners.
+        corners: [Vec3; 3],
+        /// Radiance (W/m²/sr).
+        radiance: Rgb,
+    },
+}
+
+/// The start of a photon.
+#[derive(Clone, Copy, Debug)]
+pub struct EmissionSample {
+    /// Where it starts, already off the light's surface.
+    pub origin: Vec3,
+    /// Where it goes, unit.
+    pub dir: Vec3,
+    /// What it carries: emitted flux over the density of the sample (W).
+    pub power: Rgb,
+}
+
+/// The end of a shadow ray on a light.
+#[derive(Clone, Copy, Debug)]
+pub struct IlluminationSample {
+    /// The point on the light, already off its surface.
+    pub target: Vec3,
+    /// How uncertain `target` is, in scene units; the shadow ray ends that far before it.
+    pub target_error: f32,
+    /// Direction to the light, unit.
+    pub wi: Vec3,
+    /// Irradiance on a surface that faces the light, over the density of the sample (W/m²).
+    pub irradiance: Rgb,
+}
+
+impl Light {
+    /// The whole emitted flux (W): `4π I` for a point, `π A L` for a one-sided Lambertian triangle.
+    ///
+    /// ```
+    /// use caustica::{light::Light, math::{Rgb, Vec3}};
+    /// let corners = [Vec3::ZERO, 80.0 * Vec3::X, 80.0 * (Vec3::X + Vec3::Z)];
+    /// let half_of_cornell_b = Light::Triangle { corners, radiance: Rgb::splat(80.0) };
+    /// assert!((half_of_cornell_b.flux().x - 804_247.7).abs() < 0.1);
+    /// ```
+    pub fn flux(&self) -> Rgb {
+        match *self {
+            Light::Point { intensity, .. } => 4.0 * PI * intensity,
+            Light::Triangle { corners, radiance } => PI * area(&corners) * radiance,
+        }
+    }
+
+    /// A photon: origin and direction drawn in proportion to the emitted flux.
+    pub fn sample_emission(&self, rng: &mut Rng) -> EmissionSample {
+        let power = self.flux();
+        match *self {
+            Light::Point { position, .. } => {
+                let dir = warp::square_to_uniform_sphere(rng.next_vec2());
+                EmissionSample { origin: position, dir, power }
+            }
+            Light::Triangle { corners, .. } => {
+                let ng = normal(&corners);
+                let p = point_on(&corners, rng.next_vec2());
+                let dir = Frame::around(ng).to_world(warp::square_to_cosine_hemisphere(rng.next_vec2()));
+                EmissionSample { origin: offset_origin(p, error(&corners), ng, dir), dir, power }
+            }
+        }
+    }
+
+    /// The light's illumination of the point `p`: exact for a point, one sample of the area for a triangle.
+    ///
+    /// `None` where the light does not shine towards `p`, or `p` is the light itself.
+    pub fn illuminate(&self, p: Vec3, u: Vec2) -> Option<IlluminationSample> {
+        match *self {
+            Light::Point { position, intensity } => {
+                let (wi, distance2) = direction(p, position)?;
+                let target_error = RELATIVE_POSITION_ERROR * position.abs().max_element();
+                let irradiance = intensity / distance2;
+                Some(IlluminationSample { target: position, target_error, wi, irradiance })
+            }
+            Light::Triangle { corners, radiance } => {
+                let (point, ng, target_error) = (point_on(&corners, u), normal(&corners), error(&corners));
+                let (wi, distance2) = direction(p, point)?;
+                let cos = -ng.dot(wi);
+                let irradiance = radiance * (cos * area(&corners) / distance2);
+                let target = offset_origin(point, target_error, ng, -wi);
+                (cos > 0.0).then_some(IlluminationSample { target, target_error, wi, irradiance })
+            }
+        }
+    }
+
+    /// Whether its illumination of a point is known without sampling.
+    pub fn is_delta(&self) -> bool {
+        matches!(self, Light::Point { .. })
+    }
+}
+
+fn direction(from: Vec3, to: Vec3) -> Option<(Vec3, f32)> {
+    let d = to - from;
+    let distance2 = d.length_squared();
+    (distance2 > 0.0).then(|| (d / distance2.sqrt(), distance2))
+}
+
+fn point_on(corners: &[Vec3; 3], u: Vec2) -> Vec3 {
+    let b = warp::square_to_triangle(u);
+    (1.0 - b.x - b.y) * corners[0] + b.x * corners[1] + b.y * corners[2]
+}
+
+fn cross(corners: &[Vec3; 3]) -> Vec3 {
+    (corners[1] - corners[0]).cross(corners[2] - corners[0])
+}
+
+fn normal(corners: &[Vec3; 3]) -> Vec3 {
+    cross(corners).normalize()
+}
+
+fn area(corners: &[Vec3; 3]) -> f32 {
+    0.5 * cross(corners).length()
+}
+
+fn error(corners: &[Vec3; 3]) -> f32 {
+    let largest = corners.iter().fold(0.0, |m: f32, c| m.max(c.abs().max_element()));
+    RELATIVE_POSITION_ERROR * largest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Stream;
+
+    const LAMP: Light = Light::Triangle {
+        corners: [Vec3::ZERO, Vec3::new(2.0, 0.0, 0.0), Vec3::new(0.0, 0.0, 2.0)],
+        radiance: Rgb::new(3.0, 2.0, 1.0),
+    };
+
+    #[test]
+    fn triangle_shines_to_its_front_alone() {
+        assert!(LAMP.illuminate(Vec3::new(0.5, -1.0, 0.5), Vec2::splat(0.3)).is_some());
+        assert!(LAMP.illuminate(Vec3::new(0.5, 1.0, 0.5), Vec2::splat(0.3)).is_none());
+        let mut rng = Rng::new(1, Stream::Test, 0, 0);
+        assert!((0..1000).map(|_| LAMP.sample_emission(&mut rng)).all(|e| e.dir.y < 0.0 && e.origin.y < 0.0));
+    }
+
+    #[test]
+    fn no_light_reaches_the_light_itself() {
+        let light = Light::Point { position: Vec3::ONE, intensity: Rgb::ONE };
+        assert!(light.illuminate(Vec3::ONE, Vec2::ZERO).is_none());
+    }
+
+    /// Far away a triangle is a point of intensity `L A cos θ`.
+    #[test]
+    fn triangle_follows_the_inverse_square_law_from_afar() {
+        let p = Vec3::new(1.0 / 1.5, -1000.0, 1.0 / 1.5);
+        let sample = LAMP.illuminate(p, Vec2::new(0.2, 0.9)).unwrap();
+        assert!((sample.irradiance.x / (3.0 * 2.0 / 1e6) - 1.0).abs() < 1e-3);
+    }
+
+    /// Photons and shadow rays must agree: the flux that a closed sphere around the light receives is its flux.
+    #[test]
+    fn illumination_integrates_to_the_emitted_flux() {
+        const N: u32 = 100_000;
+        let (center, radius) = (Vec3::splat(0.5), 5.0f32);
+        for light in [LAMP, Light::Point { position: Vec3::ZERO, intensity: Rgb::splat(2.0) }] {
+            let mut rng = Rng::new(5, Stream::Test, 0, 0);
+            let sum: f64 = (0..N)
+                .filter_map(|_| {
+                    let n = warp::square_to_uniform_sphere(rng.next_vec2());
+                    let sample = light.illuminate(center + radius * n, rng.next_vec2())?;
+                    Some(f64::from(sample.irradiance.x * -sample.wi.dot(n)))
+                })
+                .sum();
+            let flux = sum / f64::from(N) * f64::from(4.0 * PI * radius * radius);
+            assert!((flux / f64::from(light.flux().x) - 1.0).abs() < 0.02, "{flux} of {}", light.flux().x);
+        }
+    }
+}

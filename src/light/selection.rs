@@ -1,0 +1,138 @@
+use super::{EmissionSample, IlluminationSample, Light};
+use crate::math::{Rgb, Rng, Vec3, mean};
+
+/// The lights of a scene that emit anything, and the choice among them in proportion to their flux.
+///
+/// Lights of zero power are left out: they contribute nothing, and 0/0 cannot arise.
+#[derive(Clone, Debug, Default)]
+pub struct Lights {
+    delta: Vec<Light>,
+    area: Vec<Light>,
+    photons: Distribution,
+    shadows: Distribution,
+}
+
+impl Lights {
+    /// Takes over the lights with power.
+    pub fn new(lights: impl IntoIterator<Item = Light>) -> Lights {
+        let (delta, area): (Vec<_>, Vec<_>) =
+            lights.into_iter().filter(|l| mean(l.flux()) > 0.0).partition(Light::is_delta);
+        let photons = Distribution::by_flux(delta.iter().chain(&area));
+        let shadows = Distribution::by_flux(&area);
+        Lights { delta, area, photons, shadows }
+    }
+
+    /// Whether nothing emits.
+    pub fn is_empty(&self) -> bool {
+        self.delta.is_empty() && self.area.is_empty()
+    }
+
+    /// Whether some illumination has to be sampled, so that one shadow ray does not tell it exactly.
+    pub fn any_area(&self) -> bool {
+        !self.area.is_empty()
+    }
+
+    /// How many lights there are.
+    pub fn len(&self) -> usize {
+        self.delta.len() + self.area.len()
+    }
+
+    /// All lights.
+    pub fn iter(&self) -> impl Iterator<Item = &Light> {
+        self.delta.iter().chain(&self.area)
+    }
+
+    /// The flux of all lights together (W).
+    pub fn flux(&self) -> Rgb {
+        self.iter().map(Light::flux).sum()
+    }
+
+    /// A photon from a light chosen with probability `p` in proportion to its flux; its power is over `p`.
+    ///
+    /// `None` if nothing emits.
+    pub fn sample_emission(&self, rng: &mut Rng) -> Option<EmissionSample> {
+        let (index, p) = self.photons.choose(rng.next_f32())?;
+        let light = self.delta.iter().chain(&self.area).nth(index)?;
+        let sample = light.sample_emission(rng);
+        Some(EmissionSample { power: sample.power / p, ..sample })
+    }
+
+    /// The exact illumination of `p` by every point light.
+    pub fn illuminate_delta(&self, p: Vec3) -> impl Iterator<Item = IlluminationSample> {
+        self.delta.iter().filter_map(move |light| light.illuminate(p, Default::default()))
+    }
+
+    /// A sample of the illumination of `p` by the area lights: one of them, chosen like a photon's.
+    pub fn illuminate_area(&self, p: Vec3, rng: &mut Rng) -> Option<IlluminationSample> {
+        let (index, probability) = self.shadows.choose(rng.next_f32())?;
+        let sample = self.area.get(index)?.illuminate(p, rng.next_vec2())?;
+        Some(IlluminationSample { irradiance: sample.irradiance / probability, ..sample })
+    }
+}
+
+/// A discrete distribution in proportion to flux: running sums in f64, normalised.
+#[derive(Clone, Debug, Default)]
+struct Distribution {
+    cumulative: Vec<f64>,
+}
+
+impl Distribution {
+    fn by_flux<'a>(lights: impl IntoIterator<Item = &'a Light>) -> Distribution {
+        let mut sum = 0.0;
+        let add = |light: &Light| {
+            sum += f64::from(mean(light.flux()));
+            sum
+        };
+        let mut cumulative: Vec<f64> = lights.into_iter().map(add).collect();
+        cumulative.iter_mut().for_each(|c| *c /= sum);
+        Distribution { cumulative }
+    }
+
+    /// The chosen index and its probability, for `u` in `[0, 1)`; `None` of an empty distribution.
+    fn choose(&self, u: f32) -> Option<(usize, f32)> {
+        let index = self.cumulative.partition_point(|&c| c <= f64::from(u));
+        let below = index.checked_sub(1).map_or(0.0, |i| self.cumulative[i]);
+        self.cumulative.get(index).map(|&c| (index, (c - below) as f32))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Stream;
+
+    fn point(watts: f32) -> Light {
+        Light::Point { position: Vec3::ZERO, intensity: Rgb::splat(watts) }
+    }
+
+    #[test]
+    fn dark_lights_are_left_out() {
+        let lights = Lights::new([point(0.0), point(2.0), point(0.0)]);
+        assert_eq!(lights.len(), 1);
+        assert!(Lights::new([point(0.0)]).is_empty());
+        assert!(Lights::new([]).sample_emission(&mut Rng::new(0, Stream::Test, 0, 0)).is_none());
+    }
+
+    /// Every photon carries the whole flux of the scene, however unequal the lights are.
+    #[test]
+    fn power_is_divided_by_the_probability_of_the_light() {
+        let lights = Lights::new([point(1.0), point(1e12), point(3.0)]);
+        let total = mean(lights.flux());
+        let mut rng = Rng::new(2, Stream::Test, 0, 0);
+        for _ in 0..1000 {
+            let photon = lights.sample_emission(&mut rng).unwrap();
+            assert!((mean(photon.power) / total - 1.0).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn lights_are_chosen_in_proportion_to_their_flux() {
+        let distribution = Distribution::by_flux([&point(1.0), &point(3.0)]);
+        for (u, index, probability) in
+            [(0.0, 0, 0.25), (0.2499, 0, 0.25), (0.2501, 1, 0.75), (0.99999994, 1, 0.75)]
+        {
+            let (chosen, p) = distribution.choose(u).unwrap();
+            assert!(chosen == index && (p - probability).abs() < 1e-6);
+        }
+    }
+}
