@@ -1,6 +1,6 @@
 //! Progressive photon mapping on Embree 4.
 
 pub mod bsdf;
-pub mod camera;
-pub mod light;
+pub mod film;
 pub mod math;
+pub mod output;

@@ -1,0 +1,209 @@
+use super::exr_header::sort_attributes;
+use super::{Metadata, OutputError, Value, write_atomically};
+use crate::film::Image;
+use exr::error::UnitResult;
+use exr::image::{Encoding, Image as ExrImage, Layer, SpecificChannels, write::WritableImage};
+use exr::math::Vec2;
+use exr::meta::attribute::{AttributeValue, Text};
+use exr::meta::header::{LayerAttributes, standard_names};
+use std::collections::HashMap;
+use std::io::Cursor;
+use std::path::Path;
+
+/// The longest side, in pixels, that an EXR file can state.
+const MAX_SIDE: usize = i32::MAX as usize;
+
+/// Writes a picture as OpenEXR: one part, scan lines, 32-bit float channels R, G, B, ZIP over 16 lines, linear values.
+///
+/// Equal pictures and metadata give equal bytes: attributes stand in the header sorted by name. NaN and infinities
+/// are kept. The file appears whole or not at all, see [`write_atomically`].
+///
+/// # Errors
+/// When a side of the picture is 0 or too long, when an attribute has a name that is empty, longer than 255 bytes,
+/// holds control characters or belongs to the format, or when the file cannot be written.
+pub fn write_exr(path: &Path, image: &Image, metadata: &Metadata) -> Result<(), OutputError> {
+    let bytes = encode(path, image, metadata)?;
+    write_atomically(path, |out| out.write_all(&bytes))
+}
+
+fn encode(path: &Path, image: &Image, metadata: &Metadata) -> Result<Vec<u8>, OutputError> {
+    check_size(path, image)?;
+    let attributes = LayerAttributes { other: attributes(path, metadata)?, ..LayerAttributes::default() };
+    let mut bytes = Vec::new();
+    let encode_error = |reason| OutputError::Encode { path: path.to_path_buf(), reason };
+    encode_pixels(image, attributes, &mut bytes).map_err(|error| encode_error(error.to_string()))?;
+    sort_attributes(&mut bytes).ok_or_else(|| encode_error("its header does not parse".into()))?;
+    Ok(bytes)
+}
+
+fn encode_pixels(image: &Image, attributes: LayerAttributes, bytes: &mut Vec<u8>) -> UnitResult {
+    let channels = SpecificChannels::rgb(|Vec2(x, y)| {
+        let pixel = image.get(x, y);
+        (pixel.x, pixel.y, pixel.z)
+    });
+    let layer = Layer::new((image.width(), image.height()), attributes, Encoding::SMALL_LOSSLESS, channels);
+    ExrImage::from_layer(layer).write().non_parallel().to_buffered(Cursor::new(bytes))
+}
+
+fn check_size(path: &Path, image: &Image) -> Result<(), OutputError> {
+    let (width, height) = (image.width(), image.height());
+    if [width, height].iter().all(|side| (1..=MAX_SIDE).contains(side)) {
+        return Ok(());
+    }
+    Err(OutputError::Size { path: path.to_path_buf(), width, height, limit: MAX_SIDE })
+}
+
+fn attributes(path: &Path, metadata: &Metadata) -> Result<HashMap<Text, AttributeValue>, OutputError> {
+    metadata
+        .entries()
+        .iter()
+        .map(|(name, value)| Ok((attribute_name(path, name)?, attribute_value(value))))
+        .collect()
+}
+
+fn attribute_name(path: &Path, name: &str) -> Result<Text, OutputError> {
+    let refuse =
+        |reason| Err(OutputError::AttributeName { path: path.to_path_buf(), name: name.into(), reason });
+    match name {
+        "" => refuse("it is empty"),
+        long if long.len() > 255 => refuse("it is longer than 255 bytes"),
+        odd if odd.contains(char::is_control) => refuse("it holds a control character"),
+        taken if standard_names::ALL.contains(&taken.as_bytes()) => {
+            refuse("the EXR format keeps it for itself")
+        }
+        fine => Ok(utf8_text(fine)),
+    }
+}
+
+fn attribute_value(value: &Value) -> AttributeValue {
+    match value {
+        Value::Text(text) => AttributeValue::Text(utf8_text(text)),
+        Value::Integer(integer) => i32::try_from(*integer)
+            .map_or_else(|_| AttributeValue::Text(utf8_text(&integer.to_string())), AttributeValue::I32),
+        Value::Float(float) => AttributeValue::F32(*float),
+        Value::Double(double) => AttributeValue::F64(*double),
+    }
+}
+
+/// The encoder's own conversion takes Latin-1 alone, while readers of EXR files take text for UTF-8.
+fn utf8_text(text: &str) -> Text {
+    Text::from_slice_unchecked(text.as_bytes())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Rgb;
+    use crate::output::read_exr;
+    use exr::image::write::samples::WritableLevel;
+    use exr::prelude::{FlatImage, SampleType, read_all_flat_layers_from_file};
+    use std::path::PathBuf;
+    use tempfile::TempDir;
+
+    fn folder_and_path() -> (TempDir, PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("picture.exr");
+        (folder, path)
+    }
+
+    /// Every bit pattern of a float may come up: subnormals, infinities and NaN among them.
+    fn odd_image() -> Image {
+        let bits = |i: u32| f32::from_bits(i.wrapping_mul(0x9E37_79B9));
+        let pixels = (0..37 * 20).map(|i| Rgb::new(bits(3 * i), bits(3 * i + 1), bits(3 * i + 2))).collect();
+        Image::from_pixels(37, 20, pixels).unwrap()
+    }
+
+    fn bits(image: &Image) -> Vec<[u32; 3]> {
+        image.pixels().iter().map(|pixel| pixel.to_array().map(f32::to_bits)).collect()
+    }
+
+    fn inspect(path: &Path) -> FlatImage {
+        read_all_flat_layers_from_file(path).unwrap()
+    }
+
+    fn refusal(name: &str) -> String {
+        let (_folder, path) = folder_and_path();
+        let metadata = Metadata::new().with(name, Value::Integer(1));
+        let text = write_exr(&path, &Image::new(1, 1), &metadata).unwrap_err().to_string();
+        assert!(!path.exists() && text.contains("caustica:passes"), "{text}");
+        text
+    }
+
+    #[test]
+    fn every_bit_comes_back() {
+        let (_folder, path) = folder_and_path();
+        let image = odd_image();
+        write_exr(&path, &image, &Metadata::new()).unwrap();
+        let back = read_exr(&path).unwrap();
+        assert_eq!((back.width(), back.height()), (37, 20));
+        assert_eq!(bits(&back), bits(&image));
+    }
+
+    #[test]
+    fn the_layout_is_float_scan_lines_under_zip() {
+        let (_folder, path) = folder_and_path();
+        write_exr(&path, &odd_image(), &Metadata::new()).unwrap();
+        let file = inspect(&path);
+        assert_eq!(file.layer_data.len(), 1);
+        assert_eq!(file.layer_data[0].encoding, Encoding::SMALL_LOSSLESS);
+        let channels = &file.layer_data[0].channel_data.list;
+        let names: Vec<_> = channels.iter().map(|channel| channel.name.to_string()).collect();
+        assert_eq!(names, ["B", "G", "R"]);
+        assert!(channels.iter().all(|channel| channel.sample_data.values_as_f32().count() == 37 * 20));
+        assert!(channels.iter().all(|channel| channel.sample_data.sample_type() == SampleType::F32));
+    }
+
+    #[test]
+    fn attributes_keep_their_types() {
+        let (_folder, path) = folder_and_path();
+        let long_name = format!("caustica:{}", "n".repeat(200));
+        let metadata = Metadata::new()
+            .with("caustica:scene", Value::Text("Kaffeetasse, süß ☕".into()))
+            .with("caustica:passes", Value::Integer(-7))
+            .with("caustica:photons", Value::Integer(1 << 40))
+            .with("caustica:alpha", Value::Float(0.7))
+            .with("caustica:error", Value::Double(0.1))
+            .with(long_name.as_str(), Value::Text(String::new()));
+        write_exr(&path, &Image::new(2, 2), &metadata).unwrap();
+        let file = inspect(&path);
+        let found = |name: &str| file.layer_data[0].attributes.other.get(&utf8_text(name)).unwrap();
+        assert_eq!(found("caustica:scene"), &AttributeValue::Text(utf8_text("Kaffeetasse, süß ☕")));
+        assert_eq!(found("caustica:passes"), &AttributeValue::I32(-7));
+        assert_eq!(found("caustica:photons"), &AttributeValue::Text(utf8_text("1099511627776")));
+        assert_eq!(found("caustica:alpha"), &AttributeValue::F32(0.7));
+        assert_eq!(found("caustica:error"), &AttributeValue::F64(0.1));
+        assert_eq!(found(&long_name), &AttributeValue::Text(utf8_text("")));
+    }
+
+    #[test]
+    fn equal_pictures_give_equal_bytes_with_sorted_names() {
+        let metadata = (0..40).fold(Metadata::new(), |metadata, i| {
+            metadata.with(format!("caustica:{:02}", (i * 27) % 40), Value::Integer(i))
+        });
+        let bytes = || encode(Path::new("picture.exr"), &odd_image(), &metadata).unwrap();
+        let first = bytes();
+        assert!((0..20).all(|_| bytes() == first));
+        let place = |i: usize| {
+            let name = format!("caustica:{i:02}\0");
+            first.windows(name.len()).position(|window| window == name.as_bytes()).unwrap()
+        };
+        assert!((1..40).all(|i| place(i - 1) < place(i)));
+    }
+
+    #[test]
+    fn names_that_the_format_cannot_take_are_refused() {
+        assert!(refusal("").contains("it is empty"));
+        assert!(refusal(&"n".repeat(256)).contains("longer than 255 bytes"));
+        assert!(refusal("a\0b").contains("control character"));
+        assert!(
+            refusal("channels").contains("\"channels\" cannot name an attribute: the EXR format keeps it")
+        );
+    }
+
+    #[test]
+    fn an_empty_picture_is_refused() {
+        let (_folder, path) = folder_and_path();
+        let text = write_exr(&path, &Image::new(4, 0), &Metadata::new()).unwrap_err().to_string();
+        assert!(text.contains("a picture of 4x0 pixels cannot be written"), "{text}");
+    }
+}

@@ -1,0 +1,63 @@
+/// What an attribute of a picture file holds.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// UTF-8 text.
+    Text(String),
+    /// A whole number: EXR type `int`, or text in decimal where 32 bits do not hold it.
+    Integer(i64),
+    /// EXR type `float`.
+    Float(f32),
+    /// EXR type `double`.
+    Double(f64),
+}
+
+/// Named facts about a picture, such as its scene and its number of passes, kept in the order of their arrival.
+///
+/// ```
+/// use caustica::output::{Metadata, Value};
+/// let metadata = Metadata::new().with("caustica:passes", Value::Integer(1));
+/// let metadata = metadata.with("caustica:passes", Value::Integer(2));
+/// assert_eq!(metadata.entries(), [("caustica:passes".to_string(), Value::Integer(2))]);
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Metadata {
+    entries: Vec<(String, Value)>,
+}
+
+impl Metadata {
+    /// No facts.
+    pub fn new() -> Metadata {
+        Metadata::default()
+    }
+
+    /// These facts and one more; a name that is there already keeps its place and takes the new value.
+    pub fn with(mut self, name: impl Into<String>, value: Value) -> Metadata {
+        let name = name.into();
+        match self.entries.iter_mut().find(|entry| entry.0 == name) {
+            Some(entry) => entry.1 = value,
+            None => self.entries.push((name, value)),
+        }
+        self
+    }
+
+    /// Names and values in order; no name comes twice.
+    pub fn entries(&self) -> &[(String, Value)] {
+        &self.entries
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_keep_their_order_and_come_once() {
+        let metadata = Metadata::new()
+            .with("z", Value::Float(1.0))
+            .with("a", Value::Integer(2))
+            .with("z", Value::Text("new".into()));
+        let names: Vec<_> = metadata.entries().iter().map(|entry| entry.0.as_str()).collect();
+        assert_eq!(names, ["z", "a"]);
+        assert_eq!(metadata.entries()[0].1, Value::Text("new".into()));
+    }
+}

@@ -1,0 +1,16 @@
+//! Pictures on disk: EXR for numbers, PNG for eyes, and the safe way to put any file in its place.
+
+mod atomic;
+mod error;
+mod exr_header;
+mod exr_read;
+mod exr_write;
+mod metadata;
+mod png;
+
+pub use self::png::{Display, write_png};
+pub use atomic::{check_writable, write_atomically};
+pub use error::OutputError;
+pub use exr_read::{MAX_PIXELS, read_exr};
+pub use exr_write::write_exr;
+pub use metadata::{Metadata, Value};
