@@ -1,7 +1,5 @@
 //! Progressive photon mapping on Embree 4.
 
 pub mod bsdf;
-pub mod compare;
-pub mod film;
+pub mod embree;
 pub mod math;
-pub mod output;
