@@ -104,7 +104,10 @@ prefix_is_whole() {
     [ -e "$PREFIX/include/embree4/rtcore.h" ] && [ -e "$PREFIX/lib/libembree4.so" ] && cmp -s "$PREFIX/pins" "$PINS"
 }
 
-needs_prefix() { [ -z "${EMBREE_DIR:-}" ] && ! prefix_is_whole && ! system_has_embree; }
+# A prefix from older pins is replaced even beside a system's Embree, since the build would take it first.
+needs_prefix() {
+    [ -z "${EMBREE_DIR:-}" ] && ! prefix_is_whole && { [ -e "$PREFIX" ] || ! system_has_embree; }
+}
 
 # apt with its own lists and cache below $PARTIAL; the machine's mirrors and proxies are known, its state untouched.
 private_apt() {

@@ -1,0 +1,52 @@
+# The short way to everything: `make` lists what there is.
+
+PREFIX ?= /usr/local
+TARGET := $(or $(CARGO_TARGET_DIR),target)
+CAUSTICA := $(TARGET)/release/caustica
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.PHONY: help setup build render test lint check-docs bench install clean
+
+help: ## List these targets
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' Makefile
+
+setup: ## Get what the build needs: compiler, libclang, Rust, Embree 4
+	@scripts/setup.sh
+
+build: setup ## Build the program, optimised
+	cargo build --release --locked
+
+data/surface.obj: | build
+	$(CAUSTICA) surface $@
+
+render: build data/surface.obj ## Render the course's water scene into out/
+	mkdir -p out
+	$(CAUSTICA) render data/course_water.toml -o out/course_water.exr --passes 64 \
+		--every-pass out/passes --direct out/course_water_direct.exr
+
+test: setup ## Run all tests
+	cargo test --locked
+
+lint: setup ## Check format, lints and documentation
+	cargo fmt --check
+	cargo clippy --locked --all-targets -- -D warnings
+	RUSTDOCFLAGS="-D warnings" cargo doc --locked --no-deps
+
+check-docs: setup ## Check that links, targets and sub-commands in the documents exist
+	cargo build --locked
+	scripts/check_docs.py $(TARGET)/debug/caustica
+
+bench: setup ## Measure
+	cargo bench --locked
+
+# The system's Embree and that of EMBREE_DIR stay where they are; the private one goes along.
+install: build ## Install into PREFIX (/usr/local)
+	install -D -m 755 $(CAUSTICA) $(DESTDIR)$(PREFIX)/bin/caustica
+	if [ -z "$$EMBREE_DIR" ] && [ -d .embree ]; then \
+		install -D -m 644 -t $(DESTDIR)$(PREFIX)/lib .embree/lib/*.so.*; \
+	fi
+
+clean: ## Remove what was built, but not what was rendered
+	cargo clean
+	rm -rf .embree .embree.partial data/surface.obj

@@ -1,0 +1,218 @@
+//! The shape of the source: who imports whom, how long functions are, where `unsafe` stands.
+
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+mod source;
+
+use source::{Function, Source};
+
+const LONGEST_FUNCTION: usize = 60;
+
+/// One row of the table in `ARCHITECTURE.md`.
+struct Row {
+    floor: u32,
+    module: String,
+    imports: Vec<String>,
+}
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn table_of_the_project() -> Vec<Row> {
+    let rows = table(&fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap());
+    assert!(rows.len() > 10, "the table in ARCHITECTURE.md is not read: {} rows", rows.len());
+    rows
+}
+
+/// The table below the heading `Who may import whom`.
+fn table(document: &str) -> Vec<Row> {
+    let section = document.split("\n## ").find(|section| section.starts_with("Who may import whom"));
+    let lines = section.expect("ARCHITECTURE.md has a section `Who may import whom`").lines();
+    let mut rows: Vec<Row> = Vec::new();
+    for line in lines.filter(|line| line.starts_with('|')) {
+        let cells: Vec<&str> = line.trim_matches('|').split('|').map(str::trim).collect();
+        let Ok(floor) = cells[0].parse() else { continue };
+        let imports = match cells[2] {
+            "every module above" => rows.iter().map(|row| row.module.clone()).collect(),
+            cell => in_backticks(cell),
+        };
+        rows.push(Row { floor, module: in_backticks(cells[1]).concat(), imports });
+    }
+    rows
+}
+
+fn in_backticks(cell: &str) -> Vec<String> {
+    cell.split('`').skip(1).step_by(2).map(str::to_owned).collect()
+}
+
+/// What is wrong with the table itself: imports must stand above, on a floor that is no higher.
+fn table_faults(rows: &[Row]) -> Vec<String> {
+    let mut faults = Vec::new();
+    let mut floors: BTreeMap<&str, u32> = BTreeMap::new();
+    for row in rows {
+        for import in &row.imports {
+            if floors.get(import.as_str()).is_none_or(|&floor| floor > row.floor) {
+                faults.push(format!("{} may import {import}, which is not below it", row.module));
+            }
+        }
+        floors.insert(&row.module, row.floor);
+    }
+    faults
+}
+
+/// All Rust files below `dir`, in the order of their names.
+fn rust_files(dir: &Path) -> Vec<PathBuf> {
+    let mut entries: Vec<PathBuf> = fs::read_dir(dir).unwrap().map(|entry| entry.unwrap().path()).collect();
+    entries.sort();
+    let files =
+        entries.into_iter().flat_map(|path| if path.is_dir() { rust_files(&path) } else { vec![path] });
+    files.filter(|path| path.extension().is_some_and(|extension| extension == "rs")).collect()
+}
+
+fn sources() -> Vec<Source> {
+    let src = root().join("src");
+    let name = |path: &Path| path.strip_prefix(&src).unwrap().to_str().unwrap().to_owned();
+    rust_files(&src).iter().map(|path| Source::new(&name(path), &fs::read_to_string(path).unwrap())).collect()
+}
+
+fn import_faults(rows: &[Row], source: &Source) -> Vec<String> {
+    let module = source.top_module();
+    let Some(row) = rows.iter().find(|row| row.module == module) else {
+        return vec![format!("src/{}: the table in ARCHITECTURE.md lacks the module {module}", source.name)];
+    };
+    let is_foreign = |import: &String| *import != module && !row.imports.contains(import);
+    let faults = source.imports().into_iter().filter(|(_, import)| is_foreign(import));
+    faults
+        .map(|(line, import)| format!("src/{}:{line}: {module} may not import {import}", source.name))
+        .collect()
+}
+
+fn assert_none(faults: &[String]) {
+    assert!(faults.is_empty(), "\n{}\n", faults.join("\n"));
+}
+
+#[test]
+fn no_import_leaves_the_table_or_runs_upward() {
+    let rows = table_of_the_project();
+    assert_none(&table_faults(&rows));
+    let sources = sources();
+    let in_modules = sources.iter().filter(|source| source.name != "lib.rs");
+    assert_none(&in_modules.flat_map(|source| import_faults(&rows, source)).collect::<Vec<_>>());
+}
+
+#[test]
+fn embree_and_bvh_never_see_each_other() {
+    let rows = table_of_the_project();
+    let may_import = |module: &str, other: &str| {
+        let row = rows.iter().find(|row| row.module == module);
+        row.is_some_and(|row| row.imports.iter().any(|import| import == other))
+    };
+    assert!(may_import("bvh", "math") && may_import("embree", "math"));
+    assert!(!may_import("bvh", "embree") && !may_import("embree", "bvh"));
+}
+
+#[test]
+fn functions_are_short() {
+    let sources = sources();
+    let in_file = |source: &Source| {
+        let file = source.name.clone();
+        source.without_tests().functions().into_iter().map(move |function| (file.clone(), function))
+    };
+    let mut functions: Vec<(String, Function)> = sources.iter().flat_map(in_file).collect();
+    functions.sort_by_key(|(_, function)| function.lines);
+    let quantile = |share: f64| functions[(share * (functions.len() - 1) as f64) as usize].1.lines;
+    println!(
+        "{} functions: median {}, 90th percentile {} lines",
+        functions.len(),
+        quantile(0.5),
+        quantile(0.9)
+    );
+    let long = functions.iter().filter(|(_, function)| function.lines > LONGEST_FUNCTION);
+    let faults = long.map(|(file, f)| format!("src/{file}:{}: `{}` has {} lines", f.line, f.name, f.lines));
+    assert_none(&faults.collect::<Vec<_>>());
+}
+
+#[test]
+fn unsafe_stands_behind_the_fence_alone() {
+    let (fence, others): (Vec<Source>, Vec<Source>) =
+        sources().into_iter().partition(|source| source.name.starts_with("embree/"));
+    let places = |sources: &[Source]| -> Vec<String> {
+        sources.iter().flat_map(|source| source.lines_with(&["unsafe"])).collect()
+    };
+    assert!(!places(&fence).is_empty());
+    assert_none(&places(&others));
+}
+
+#[test]
+fn nothing_unwraps_outside_tests() {
+    let mut sources = sources();
+    sources.push(Source::new("../build.rs", &fs::read_to_string(root().join("build.rs")).unwrap()));
+    let places = |source: &Source| source.without_tests().lines_with(&[".unwrap()", ".expect("]);
+    assert_none(&sources.iter().flat_map(places).collect::<Vec<_>>());
+}
+
+mod checks_of_the_checks {
+    use super::*;
+
+    const TABLE: &str = "# A\n\n## Who may import whom\n\n| Floor | Module | May import |\n|---|---|---|\n\
+                         | 0 | `math` | nothing |\n| 1 | `bvh` | `math` |\n| 2 | `cli` | every module above |\n\n## B\n\
+                         | 3 | `other` | `cli` |\n";
+
+    #[test]
+    fn the_table_ends_with_its_section() {
+        let rows = table(TABLE);
+        let modules: Vec<&str> = rows.iter().map(|row| row.module.as_str()).collect();
+        assert_eq!(modules, ["math", "bvh", "cli"]);
+        assert!(rows[0].imports.is_empty());
+        assert_eq!(rows[2].imports, ["math", "bvh"]);
+        assert!(table_faults(&rows).is_empty());
+    }
+
+    #[test]
+    fn a_table_that_points_upward_is_found() {
+        assert_eq!(table_faults(&table(&TABLE.replace("nothing", "`bvh`"))).len(), 1);
+        assert_eq!(table_faults(&table(&TABLE.replace("| 0 |", "| 2 |"))).len(), 1);
+    }
+
+    #[test]
+    fn imports_in_all_their_forms_are_found() {
+        let faults = |name: &str, text: &str| import_faults(&table(TABLE), &Source::new(name, text)).len();
+        assert_eq!(faults("math/ray.rs", "use super::Vec3;\nuse crate::math::Ray;"), 0);
+        assert_eq!(faults("bvh/mod.rs", "use crate::math::{Aabb, Vec3};"), 0);
+        assert_eq!(faults("math/ray.rs", "use crate::bvh::Tree;"), 1);
+        assert_eq!(faults("math/ray.rs", "fn f() -> crate::bvh::Tree {}"), 1);
+        assert_eq!(
+            faults("math/ray.rs", "use crate::{\n    bvh::{self, Tree},\n    math::Ray,\n    cli,\n};"),
+            2
+        );
+        assert_eq!(faults("math/ray.rs", "use super::super::bvh;"), 1);
+        assert_eq!(faults("math.rs", "use super::bvh;"), 1);
+        assert_eq!(faults("math.rs", "mod tests {\n    use super::*;\n    use super::super::bvh;\n}"), 1);
+        assert_eq!(faults("math.rs", "use crate::*;"), 1);
+        assert_eq!(faults("math.rs", "//! [`crate::bvh`]\nconst S: &str = \"use crate::bvh;\";"), 0);
+        assert_eq!(faults("light.rs", ""), 1, "a module without a row");
+    }
+
+    #[test]
+    fn functions_are_measured_from_signature_to_brace() {
+        let text = "fn one() -> [u8; 4] { [b'{'; 4] }\ntrait T {\n    fn none(&self);\n}\n\
+                    #[cfg(test)]\nmod tests {\n    fn hidden() {}\n}\nfn four<'a>(\n    s: &'a str,\n) -> char {\n    '}' }\n";
+        let functions = Source::new("x.rs", text).without_tests().functions();
+        let found: Vec<(&str, usize, usize)> =
+            functions.iter().map(|f| (f.name.as_str(), f.line, f.lines)).collect();
+        assert_eq!(found, [("one", 1, 1), ("four", 9, 4)]);
+    }
+
+    #[test]
+    fn words_in_comments_strings_and_longer_names_do_not_count() {
+        let text = "// unsafe\n/* unsafe */ const A: &str = r#\"unsafe\"#;\n#![deny(unsafe_code)]\n";
+        assert!(Source::new("x.rs", text).lines_with(&["unsafe"]).is_empty());
+        assert_eq!(Source::new("x.rs", "\nunsafe {}").lines_with(&["unsafe"]), ["src/x.rs:2: unsafe"]);
+        assert_eq!(Source::new("x.rs", "a.unwrap()").lines_with(&[".unwrap()"]), ["src/x.rs:1: .unwrap()"]);
+    }
+}
