@@ -89,9 +89,9 @@ mod tests {
     fn embree_complaints_become_errors() {
         let device = Device::new().unwrap();
         let error = Geometry::new(&device, 77_777).err().unwrap();
-        assert!(error.to_string().starts_with("Embree cannot make a geometry: "), "{error}");
+        assert!(error.to_string().ends_with("invalid geometry type"), "{error}");
         let mut spheres = Geometry::new(&device, sys::RTC_GEOMETRY_TYPE_SPHERE_POINT).unwrap();
         let error = spheres.fill(&[[0u32, 1, 2]]).unwrap_err();
-        assert!(error.to_string().starts_with("Embree cannot allocate a geometry buffer: "), "{error}");
+        assert!(error.to_string().contains("invalid "), "{error}");
     }
 }
