@@ -109,12 +109,20 @@ needs_prefix() {
     [ -z "${EMBREE_DIR:-}" ] && ! prefix_is_whole && { [ -e "$PREFIX" ] || ! system_has_embree; }
 }
 
-# apt with its own lists and cache below $PARTIAL; the machine's mirrors and proxies are known, its state untouched.
+# apt with its own lists and cache below $PARTIAL and without the machine's hooks: its mirrors and proxies are known,
+# its state stays untouched.
 private_apt() {
-    local home=$ROOT/$PARTIAL/apt sandbox=()
+    local home=$ROOT/$PARTIAL/apt
     mkdir -p "$home/lists/partial" "$home/cache/archives/partial"
-    ! is_root || sandbox=(-o APT::Sandbox::User=root)
-    apt-get -q "${sandbox[@]}" -o Acquire::Retries=3 -o "Dir::State::lists=$home/lists" -o "Dir::Cache=$home/cache" "$@" </dev/null
+    cat >"$home/apt.conf" <<CONF
+#clear APT::Update::Post-Invoke;
+#clear APT::Update::Post-Invoke-Success;
+Acquire::Retries "3";
+Dir::State::lists "$home/lists";
+Dir::Cache "$home/cache";
+CONF
+    ! is_root || echo 'APT::Sandbox::User "root";' >>"$home/apt.conf"
+    apt-get -q -c "$home/apt.conf" "$@" </dev/null
 }
 
 # Archives that may be Debian's own, likeliest first: their signature decides.
