@@ -150,7 +150,8 @@ fetch_library() {
     # Whatever python3 runs here, the wheel is the pinned one: only its two libraries are used.
     python3 -m pip --disable-pip-version-check download --quiet --no-cache-dir --no-deps --only-binary=:all: \
         --python-version 3.11 --implementation cp --abi cp311 --platform manylinux_2_28_x86_64 \
-        --require-hashes -r "$PINS" -d "$PARTIAL/wheel" </dev/null
+        --require-hashes -r "$PINS" -d "$PARTIAL/wheel" </dev/null ||
+        die "cannot download the Embree library: see pip's words above"
     python3 -m zipfile -e "$PARTIAL"/wheel/embreex-*.whl "$PARTIAL/wheel"
 }
 
