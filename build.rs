@@ -14,8 +14,7 @@ use std::process::exit;
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
-const MAJOR: u32 = 4;
-const REMEDY: &str = "run `make setup`, or install libembree-dev 4.x, or set EMBREE_DIR to a prefix that holds \
+const REMEDY: &str = "run `make setup`, or install libembree-dev 4.3 or newer, or set EMBREE_DIR to a prefix that holds \
                       include/embree4 and lib";
 
 /// Where one Embree lives.
@@ -37,7 +36,7 @@ fn run() -> Result<()> {
     let out = PathBuf::from(env::var("OUT_DIR")?);
     let root = PathBuf::from(env::var("CARGO_MANIFEST_DIR")?);
     let embree = find_embree(&root)?;
-    check_major(&embree)?;
+    check_version(&embree)?;
     link(&embree, &out.join("embree"))?;
     generate_bindings(&embree, &out.join("embree4.rs"))?;
     watch(&root, &embree);
@@ -46,14 +45,13 @@ fn run() -> Result<()> {
 
 fn find_embree(root: &Path) -> Result<Embree> {
     if let Some(prefix) = env::var_os("EMBREE_DIR").filter(|prefix| !prefix.is_empty()) {
-        return embree_in(Path::new(&prefix), false).ok_or_else(|| {
-            format!("EMBREE_DIR={} holds no Embree {MAJOR}: {REMEDY}", prefix.display()).into()
-        });
+        return embree_in(Path::new(&prefix), false)
+            .ok_or_else(|| format!("EMBREE_DIR={} holds no Embree 4: {REMEDY}", prefix.display()).into());
     }
     let system = ["/usr/local", "/usr"].into_iter().find_map(|prefix| embree_in(Path::new(prefix), true));
     embree_in(&root.join(".embree"), false)
         .or(system)
-        .ok_or_else(|| format!("Embree {MAJOR} is missing: {REMEDY}").into())
+        .ok_or_else(|| format!("Embree 4 is missing: {REMEDY}").into())
 }
 
 /// The Embree below `prefix`, if both its headers and its library are there.
@@ -72,15 +70,18 @@ fn config_header(include: &Path) -> PathBuf {
     include.join("embree4/rtcore_config.h")
 }
 
-fn check_major(embree: &Embree) -> Result<()> {
+/// Rays have another layout before 4.3, and who knows which from 5 on.
+fn check_version(embree: &Embree) -> Result<()> {
     let header = config_header(&embree.include);
     let text = fs::read_to_string(&header).map_err(|error| format!("{}: {error}", header.display()))?;
-    let major = text.lines().find_map(|line| line.strip_prefix("#define RTC_VERSION_MAJOR ")).map(str::trim);
-    if major == Some(&MAJOR.to_string()) {
+    let value = |name| text.lines().find_map(|line| line.strip_prefix(name)).map(str::trim);
+    let number = value("#define RTC_VERSION ").and_then(|number| number.parse().ok());
+    if number.is_some_and(|number: u32| (40_300..50_000).contains(&number)) {
         return Ok(());
     }
-    let found = major.unwrap_or("unknown");
-    Err(format!("{} is of Embree {found}, not {MAJOR}: {REMEDY}", header.display()).into())
+    let found =
+        value("#define RTC_VERSION_STRING ").map_or("of unknown version", |text| text.trim_matches('"'));
+    Err(format!("{}: Embree {found} is not 4.3 or a newer 4: {REMEDY}", header.display()).into())
 }
 
 fn link(embree: &Embree, near: &Path) -> Result<()> {

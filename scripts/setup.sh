@@ -88,10 +88,11 @@ ensure_rust() {
 
 # --- Embree 4 --------------------------------------------------------------------------------------------------
 
+# As build.rs wants it: 4.3 or a newer 4.
 system_has_embree() {
     local root
     for root in /usr/local /usr; do
-        if grep -qs '^#define RTC_VERSION_MAJOR 4$' "$root/include/embree4/rtcore_config.h" &&
+        if grep -qsE '^#define RTC_VERSION 4(0[3-9]|[1-9][0-9])[0-9]{2}$' "$root/include/embree4/rtcore_config.h" &&
             { exists "$root/lib/libembree4.so" || exists "$root/lib64/libembree4.so" ||
                 exists "$root/lib/*-linux-gnu/libembree4.so"; }; then
             return 0
@@ -142,7 +143,7 @@ fetch_headers() {
             return
         fi
     done
-    die "no archive of this machine offers the Embree 4 headers: install libembree-dev 4.x, or set EMBREE_DIR to a" \
+    die "no archive of this machine offers the Embree 4 headers: install libembree-dev 4.3 or newer, or set EMBREE_DIR to a" \
         "prefix that holds include/embree4 and lib"
 }
 
