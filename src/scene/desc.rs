@@ -1,0 +1,102 @@
+use std::path::PathBuf;
+
+use super::Mesh;
+use crate::bsdf::Bsdf;
+use crate::math::{Rgb, Vec3};
+
+/// A scene as its files describe it: checked, resolved and in scene units, but not yet traceable.
+///
+/// Every number is finite and in the range that the file format allows, and every material index is valid.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneDesc {
+    /// The stem of the file's name.
+    pub name: String,
+    /// The scene file, as it was asked for.
+    pub path: PathBuf,
+    /// The picture.
+    pub film: FilmDesc,
+    /// The point of view.
+    pub camera: CameraDesc,
+    /// How to render unless the command line says otherwise.
+    pub render: RenderDesc,
+    /// The scene file's materials in its order, then those that meshes took from their MTL files.
+    pub materials: Vec<Material>,
+    /// Exact spheres. None of their materials emits.
+    pub spheres: Vec<SphereDesc>,
+    /// The quads in the order of the file, then the meshes.
+    pub meshes: Vec<Mesh>,
+    /// Point lights.
+    pub point_lights: Vec<PointLightDesc>,
+    /// What was repaired or looks like a mistake; each entry names its file.
+    pub warnings: Vec<String>,
+}
+
+/// The size of the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FilmDesc {
+    /// Pixels in a row, from 1 to 16384.
+    pub width: u32,
+    /// Rows, from 1 to 16384.
+    pub height: u32,
+}
+
+/// A pinhole camera. `position` differs from `look_at`, and `up` is not parallel to the view.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CameraDesc {
+    /// The pinhole.
+    pub position: Vec3,
+    /// A point on the axis of view.
+    pub look_at: Vec3,
+    /// A direction that points up in the picture; not necessarily unit.
+    pub up: Vec3,
+    /// The horizontal full angle of view, above 0 and below 180.
+    pub fov_degrees: f32,
+}
+
+/// The parameters of progressive photon mapping.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RenderDesc {
+    /// Photon passes.
+    pub passes: u32,
+    /// Photons emitted in a pass.
+    pub photons: u64,
+    /// Eye paths of a pixel, from 1 to 4096.
+    pub samples: u32,
+    /// The share of a pass's photons that is kept, above 0 and up to 1.
+    pub alpha: f64,
+    /// The first gather radius in scene units, where the file gives one.
+    pub radius: Option<f64>,
+    /// The longest chain of specular events on an eye path.
+    pub depth: u32,
+}
+
+/// A named surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// The name in the scene file, or `MESH FILE:NAME` for a material of an MTL file.
+    pub name: String,
+    /// How it scatters.
+    pub bsdf: Bsdf,
+    /// Radiance (W/m²/sr) that leaves on the geometric normal's side.
+    pub emission: Rgb,
+}
+
+/// A sphere whose normals point outward.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SphereDesc {
+    /// Its middle.
+    pub center: Vec3,
+    /// Its radius, above 0.
+    pub radius: f32,
+    /// Index into [`SceneDesc::materials`].
+    pub material: u32,
+}
+
+/// A light without extent that shines evenly in all directions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointLightDesc {
+    /// Where it is.
+    pub position: Vec3,
+    /// Radiant intensity (W/sr).
+    pub intensity: Rgb,
+}

@@ -1,0 +1,152 @@
+//! Scene files (TOML) and the meshes they name (OBJ with MTL), turned into a [`SceneDesc`] by the rules in the
+//! documentation of [`crate::scene`].
+
+mod fields;
+mod material;
+mod mesh_entry;
+mod mtl;
+mod obj;
+mod objects;
+mod polygon;
+mod settings;
+mod source;
+mod statements;
+#[cfg(test)]
+mod testing;
+mod transform;
+
+use std::path::Path;
+
+use toml::de::DeTable;
+
+use self::fields::Fields;
+use self::source::Source;
+use super::{Material, SceneDesc, SceneError};
+use crate::math::Rgb;
+
+/// Reads a scene file and the meshes it names, whose paths are relative to it.
+///
+/// # Errors
+/// A [`SceneError`] for anything missing, unknown, of the wrong type or out of range. What is repaired instead is
+/// told in [`SceneDesc::warnings`]; so is a scene without light, which renders black.
+pub fn load(path: &Path) -> Result<SceneDesc, SceneError> {
+    let text = source::read_scene_text(path)?;
+    let source = Source { path, text: &text };
+    let table = DeTable::parse(&text).map_err(|e| syntax_error(&source, &e))?;
+    const TABLES: [&str; 8] =
+        ["film", "camera", "render", "material", "point_light", "sphere", "quad", "mesh"];
+    let mut scene = read_scene(path, &Fields::root(&source, &table, &TABLES)?)?;
+    warn_of_darkness(&mut scene);
+    Ok(scene)
+}
+
+fn syntax_error(source: &Source, error: &toml::de::Error) -> SceneError {
+    let span = error.span().unwrap_or(0..0);
+    let key = source.text.get(span.clone()).filter(|_| error.message() == "duplicate key");
+    let named = key.map_or(String::new(), |key| format!(" `{key}`; allowed: each key once in its table"));
+    source.error(&span, format!("{}{named}", error.message()))
+}
+
+fn read_scene(path: &Path, root: &Fields) -> Result<SceneDesc, SceneError> {
+    let mut warnings = Vec::new();
+    let mut materials = material::materials(root, &mut warnings)?;
+    Ok(SceneDesc {
+        name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+        path: path.to_owned(),
+        film: settings::film(root)?,
+        camera: settings::camera(root)?,
+        render: settings::render(root)?,
+        spheres: objects::spheres(root, &materials)?,
+        point_lights: objects::point_lights(root, &mut warnings)?,
+        meshes: {
+            let mut meshes = objects::quads(root, &materials)?;
+            meshes.extend(mesh_entry::meshes(root, path, &mut materials, &mut warnings)?);
+            meshes
+        },
+        materials,
+        warnings,
+    })
+}
+
+fn warn_of_darkness(scene: &mut SceneDesc) {
+    let shines = |m: &u32| scene.materials[*m as usize].emission != Rgb::ZERO;
+    let emitters = scene.meshes.iter().flat_map(|mesh| &mesh.materials).any(shines);
+    if !emitters && scene.point_lights.iter().all(|light| light.intensity == Rgb::ZERO) {
+        let reason =
+            "no light that shines (point light, or quad or mesh with emission): the picture is black";
+        scene.warnings.push(format!("{}: {reason}", scene.path.display()));
+    }
+}
+
+/// The names of the scene file's own materials.
+fn names(materials: &[Material]) -> Vec<&str> {
+    materials.iter().map(|m| m.name.as_str()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::testing::{BASE, changed_fails_with, folder, good, read};
+    use super::*;
+
+    #[test]
+    fn mistakes_of_syntax_are_told() {
+        for (old, new, place, words) in [
+            ("fov = 40", "fov = 40\nfov = 41", "s.toml:5:1", "duplicate key `fov`"),
+            ("fov = 40", "fov = ", "s.toml:4:", "expected"),
+            (
+                "[camera]",
+                "[camer]",
+                "s.toml:1:2",
+                "unknown field `camer`; did you mean `camera`? allowed: `film`",
+            ),
+            ("[camera]", "[camera", "s.toml:1:8", "unclosed table"),
+            ("[camera]", "camera = 3\n[film]", "s.toml:3:1: film", "unknown field `position`"),
+        ] {
+            changed_fails_with(old, new, place, words);
+        }
+    }
+
+    #[test]
+    fn files_that_are_no_scene_are_refused() {
+        let (folder, path) = folder(b"[camera]\nname = \"caf\xe9\"\n", &[]);
+        let error = |path: &Path| load(path).unwrap_err().to_string();
+        assert!(error(&path).contains("s.toml: is not UTF-8 (line 2)"), "{}", error(&path));
+        assert!(error(folder.path()).contains("is a folder; a scene file (TOML, UTF-8) is expected"));
+        assert!(error(&folder.path().join("x.toml")).contains("x.toml: cannot be read: "));
+        for empty in ["", " \n\n"] {
+            assert!(read(empty, &[]).unwrap_err().starts_with("s.toml: is empty; a scene file"));
+        }
+        assert!(
+            read("# only a comment", &[])
+                .unwrap_err()
+                .contains("field `camera` is missing; allowed: a table [camera]")
+        );
+    }
+
+    #[test]
+    fn a_byte_order_mark_and_crlf_are_in_order() {
+        let scene = good(&format!("\u{feff}{}", BASE.replace('\n', "\r\n")), &[]);
+        assert_eq!(scene.camera, good(BASE, &[]).camera);
+    }
+
+    #[test]
+    fn darkness_is_a_warning() {
+        let dark = BASE.split("[[point_light]]").next().unwrap();
+        let zero = BASE.replace("intensity = [1, 1, 1]", "intensity = [0, 0.0, 0]");
+        let light = "[material.l]\ndiffuse = { albedo = [0, 0, 0] }\nemission = [E, 0, 0]\n";
+        let quad = "[[quad]]\ncorners = [[0,0,0],[1,0,0],[1,1,0],[0,1,0]]\nmaterial = \"l\"\n";
+        let warnings = |text: &str| good(text, &[]).warnings.join("\n");
+        assert!(warnings(dark).contains("s.toml: no light that shines"));
+        let both = warnings(&zero);
+        assert!(
+            both.contains("s.toml:7: point_light 1: intensity is zero") && both.contains("no light"),
+            "{both}"
+        );
+        assert!(
+            warnings(&format!("{dark}{}{quad}", light.replace('E', "0")))
+                .contains("material `l`: emission is zero")
+        );
+        assert!(warnings(&format!("{dark}{}", light.replace('E', "1"))).contains("no light"));
+        assert_eq!(warnings(&format!("{dark}{}{quad}", light.replace('E', "1"))), "");
+    }
+}

@@ -1,0 +1,178 @@
+//! The tables `[film]`, `[camera]` and `[render]`.
+
+use super::super::{CameraDesc, FilmDesc, RenderDesc, SceneError};
+use super::fields::{Allowed, COORDINATE, Fields, POSITIVE};
+use crate::math::Vec3;
+
+const FOV: Allowed = Allowed { text: "degrees above 0 and below 180", holds: |x| x > 0.0 && x < 180.0 };
+const ALPHA: Allowed = Allowed { text: "a number above 0, up to 1", holds: |x| x > 0.0 && x <= 1.0 };
+const U32: u64 = u32::MAX as u64;
+/// TOML's largest whole number.
+const LARGEST: u64 = i64::MAX as u64;
+
+pub(super) fn film(root: &Fields) -> Result<FilmDesc, SceneError> {
+    const DEFAULT: u64 = 512;
+    const SIDE: (u64, u64) = (1, 16384);
+    let Some(field) = root.optional("film") else {
+        return Ok(FilmDesc { width: DEFAULT as u32, height: DEFAULT as u32 });
+    };
+    let film = field.table(String::from("film"), &["width", "height"])?;
+    Ok(FilmDesc {
+        width: film.integer_or("width", DEFAULT, SIDE)? as u32,
+        height: film.integer_or("height", DEFAULT, SIDE)? as u32,
+    })
+}
+
+pub(super) fn camera(root: &Fields) -> Result<CameraDesc, SceneError> {
+    let field = root.required("camera", "a table [camera] with position, look_at and fov")?;
+    let table = field.table(String::from("camera"), &["position", "look_at", "up", "fov"])?;
+    let up = table.optional("up").map_or(Ok(Vec3::Y), |field| field.vec3(&COORDINATE))?;
+    let camera = CameraDesc {
+        position: table.required("position", "three numbers")?.vec3(&COORDINATE)?,
+        look_at: table.required("look_at", "three numbers")?.vec3(&COORDINATE)?,
+        up,
+        fov_degrees: table.required("fov", FOV.text)?.f32(&FOV)?,
+    };
+    check_view(&table, &camera)?;
+    Ok(camera)
+}
+
+fn check_view(table: &Fields, camera: &CameraDesc) -> Result<(), SceneError> {
+    const PARALLEL: f64 = 1e-6;
+    let view = camera.look_at.as_dvec3() - camera.position.as_dvec3();
+    let up = camera.up.as_dvec3();
+    let about = |name, wrong: &str| match table.optional(name) {
+        Some(field) => field.error(format!(" {wrong}")),
+        None => table.error(format!("field `{name}` (0, 1, 0 by default) {wrong}")),
+    };
+    if view.length() == 0.0 {
+        return Err(about("look_at", "equals `position`; allowed: any other point"));
+    }
+    if up.cross(view).length() <= PARALLEL * up.length() * view.length() {
+        return Err(about("up", "is zero or parallel to the view; allowed: any other direction"));
+    }
+    Ok(())
+}
+
+pub(super) fn render(root: &Fields) -> Result<RenderDesc, SceneError> {
+    let mut render =
+        RenderDesc { passes: 64, photons: 100_000, samples: 4, alpha: 0.7, radius: None, depth: 12 };
+    let Some(field) = root.optional("render") else { return Ok(render) };
+    let known = ["passes", "photons", "samples", "alpha", "radius", "depth"];
+    let table = field.table(String::from("render"), &known)?;
+    render.passes = table.integer_or("passes", u64::from(render.passes), (1, U32))? as u32;
+    render.photons = table.integer_or("photons", render.photons, (1, LARGEST))?;
+    render.samples = table.integer_or("samples", u64::from(render.samples), (1, 4096))? as u32;
+    render.depth = table.integer_or("depth", u64::from(render.depth), (0, 1024))? as u32;
+    render.alpha = table.optional("alpha").map_or(Ok(render.alpha), |field| field.f64(&ALPHA))?;
+    render.radius = table.optional("radius").map(|field| field.f64(&POSITIVE)).transpose()?;
+    Ok(render)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{BASE, added_fails_with, changed_fails_with, good};
+    use super::*;
+
+    #[test]
+    fn defaults_are_the_documented_ones() {
+        let scene = good(BASE, &[]);
+        assert_eq!((scene.name.as_str(), scene.film.width, scene.film.height), ("s", 512, 512));
+        let r = scene.render;
+        assert_eq!(
+            (r.passes, r.photons, r.samples, r.alpha, r.radius, r.depth),
+            (64, 100_000, 4, 0.7, None, 12)
+        );
+        assert_eq!((scene.camera.up, scene.camera.fov_degrees), (Vec3::Y, 40.0));
+        assert!(scene.warnings.is_empty());
+    }
+
+    #[test]
+    fn every_setting_arrives() {
+        let film = "[film]\nwidth = 3\nheight = 0x10\n";
+        let render = "[render]\npasses = 1\nphotons = 5_000_000_000\nsamples = 9\nalpha = 1\nradius = 1e-3\ndepth = 0\n";
+        let scene = good(&format!("{film}{render}{BASE}"), &[]);
+        assert_eq!(scene.film, FilmDesc { width: 3, height: 16 });
+        let photons = 5_000_000_000;
+        let expected =
+            RenderDesc { passes: 1, photons, samples: 9, alpha: 1.0, radius: Some(1e-3), depth: 0 };
+        assert_eq!(scene.render, expected);
+    }
+
+    #[test]
+    fn mistakes_in_the_camera_are_told() {
+        for (old, new, place, words) in [
+            (
+                "fov = 40",
+                "fov = 0",
+                "s.toml:4:7: camera: field `fov` is 0",
+                "allowed: degrees above 0 and below 180",
+            ),
+            ("fov = 40", "fov = 180", "s.toml:4:7", "is 180; allowed: degrees"),
+            ("fov = 40", "fov = nan", "s.toml:4:7", "is nan; allowed: degrees"),
+            ("fov = 40", "fov = \"wide\"", "s.toml:4:7", "is \"wide\"; allowed: degrees"),
+            (
+                "fov = 40",
+                "fvo = 40",
+                "s.toml:4:1",
+                "unknown field `fvo`; did you mean `fov`? allowed: `position`, `look_at`",
+            ),
+            ("fov = 40", "", "s.toml:1:1", "camera: field `fov` is missing; allowed: degrees"),
+            ("look_at = [0, 0, 0]", "look_at = [0, 0, 5]", "s.toml:3:11", "equals `position`"),
+            (
+                "look_at = [0, 0, 0]",
+                "look_at = [0, 9, 5]",
+                "s.toml:1:1",
+                "field `up` (0, 1, 0 by default) is zero or parallel",
+            ),
+            ("fov = 40", "fov = 40\nup = [0, 0, -3]", "s.toml:5:6", "field `up` is zero or parallel"),
+            ("fov = 40", "fov = 40\nup = [0, 0, 0]", "s.toml:5:6", "field `up` is zero or parallel"),
+            (
+                "position = [0, 0, 5]",
+                "position = [0, 0]",
+                "s.toml:2:12",
+                "is [0, 0]; allowed: an array of 3 numbers",
+            ),
+            (
+                "position = [0, 0, 5]",
+                "position = [0, inf, 5]",
+                "s.toml:2:16",
+                "field `position[1]` is inf; allowed: a number from",
+            ),
+            ("position = [0, 0, 5]", "position = 7", "s.toml:2:12", "is 7; allowed: an array of 3 numbers"),
+            (
+                "position = [0, 0, 5]",
+                "position = [0, 2e18, 5]",
+                "s.toml:2:16",
+                "is 2e18; allowed: a number from -1.8e18",
+            ),
+            ("position = [0, 0, 5]", "", "s.toml:1:1", "field `position` is missing"),
+            ("look_at = [0, 0, 0]", "", "s.toml:1:1", "field `look_at` is missing"),
+        ] {
+            changed_fails_with(old, new, place, words);
+        }
+    }
+
+    #[test]
+    fn mistakes_in_film_and_render_are_told() {
+        for (tables, line, words) in [
+            ("[film]\nwidth = 0", 11, "film: field `width` is 0; allowed: a whole number from 1 to 16384"),
+            ("[film]\nheight = 16385", 11, "is 16385; allowed: a whole number"),
+            ("[film]\nheight = 1.5", 11, "is 1.5; allowed: a whole number"),
+            ("[film]\nheight = -1", 11, "is -1; allowed: a whole number"),
+            ("[render]\nphotons = 0", 11, "is 0; allowed: a whole number from 1 to"),
+            ("[render]\nphotons = 99999999999999999999", 11, "allowed: a whole number from 1 to"),
+            ("[render]\npasses = 0", 11, "is 0; allowed: a whole number from 1 to"),
+            ("[render]\npasses = 4294967296", 11, "allowed: a whole number from 1 to 4294967295"),
+            ("[render]\nsamples = 4097", 11, "allowed: a whole number from 1 to 4096"),
+            ("[render]\ndepth = 1025", 11, "allowed: a whole number from 0 to 1024"),
+            ("[render]\nalpha = 0", 11, "is 0; allowed: a number above 0, up to 1"),
+            ("[render]\nalpha = 1.01", 11, "is 1.01; allowed: a number above 0, up to 1"),
+            ("[render]\nradius = 0", 11, "is 0; allowed: a finite number above 0"),
+            ("[render]\nradius = inf", 11, "is inf; allowed: a finite number above 0"),
+            ("[render]\nradii = 1", 11, "unknown field `radii`; did you mean `radius`?"),
+        ] {
+            added_fails_with(tables, line, words);
+        }
+    }
+}
