@@ -2,7 +2,7 @@
 //!
 //! [`load`] turns a scene file into a [`SceneDesc`]: plain data, fully checked and resolved, in scene units.
 //! Whatever a file gets wrong comes back as a [`SceneError`] that names the place and what is allowed there;
-//! whatever is repaired leaves a line in [`SceneDesc::warnings`].
+//! whatever is repaired leaves a line in [`SceneDesc::warnings`]. [`Scene::new`] makes it traceable.
 //!
 //! # Scene files
 //! TOML, with every key checked; whole numbers are welcome where floats are expected. Lengths are in scene units
@@ -93,13 +93,93 @@
 //! | `map_Kd` | not read, with a warning |
 //! | a line whose numbers cannot be read | ignored, with a warning |
 
+mod compile;
 mod desc;
+mod direct;
 mod error;
 mod load;
 mod mesh;
+mod surface;
 pub mod water;
 
 pub use desc::{CameraDesc, FilmDesc, Material, PointLightDesc, RenderDesc, SceneDesc, SphereDesc};
+pub use direct::DirectLight;
 pub use error::SceneError;
 pub use load::load;
 pub use mesh::Mesh;
+pub use surface::{Receiver, SurfaceHit};
+
+use surface::Surface;
+
+use crate::bsdf::{Scattering, Transport};
+use crate::camera::Camera;
+use crate::embree;
+use crate::light::Lights;
+use crate::math::{Aabb, Ray, Rgb};
+
+/// A traceable scene: immutable, so that any number of threads may query it.
+#[derive(Debug)]
+pub struct Scene {
+    rays: embree::Scene,
+    surfaces: Vec<Surface>,
+    materials: Vec<Material>,
+    lights: Lights,
+    camera: Camera,
+    film: FilmDesc,
+    render: RenderDesc,
+    bounds: Aabb,
+}
+
+impl Scene {
+    /// The nearest surface along `ray`.
+    pub fn intersect(&self, ray: &Ray) -> Option<SurfaceHit> {
+        let hit = self.rays.intersect(ray)?;
+        let surface = self.surfaces[hit.geometry as usize].at(ray, &hit);
+        Some(SurfaceHit::new(ray, hit.t, surface))
+    }
+
+    /// Whether anything lies on `ray`; shadow rays take water and glass for opaque.
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        self.rays.occluded(ray)
+    }
+
+    /// All lobes of the surface at `hit` for a path that arrives there.
+    pub fn scatter(&self, hit: &SurfaceHit, transport: Transport) -> Scattering {
+        self.materials[hit.material as usize].bsdf.scatter(hit.wo_local(), transport)
+    }
+
+    /// The radiance that the surface itself sends along `wo`: one-sided.
+    pub fn emission(&self, hit: &SurfaceHit) -> Rgb {
+        if hit.is_front() { self.materials[hit.material as usize].emission } else { Rgb::ZERO }
+    }
+
+    /// The materials, by number.
+    pub fn materials(&self) -> &[Material] {
+        &self.materials
+    }
+
+    /// The lights with power.
+    pub fn lights(&self) -> &Lights {
+        &self.lights
+    }
+
+    /// The camera.
+    pub fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// The size of the picture.
+    pub fn film(&self) -> FilmDesc {
+        self.film
+    }
+
+    /// The render settings that the scene file asks for.
+    pub fn render(&self) -> &RenderDesc {
+        &self.render
+    }
+
+    /// The box around all surfaces.
+    pub fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+}

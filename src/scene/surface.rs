@@ -1,0 +1,152 @@
+use super::{Mesh, SphereDesc};
+use crate::bsdf::Event;
+use crate::embree;
+use crate::math::{Aabb, Frame, RELATIVE_POSITION_ERROR, Ray, Vec3, offset_origin};
+
+/// The triangles or spheres behind one geometry of the ray tracer.
+#[derive(Debug)]
+pub(super) enum Surface {
+    Mesh(Mesh),
+    Spheres(Vec<SphereDesc>),
+}
+
+/// Where and how a surface was hit.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Geometry {
+    pub p: Vec3,
+    pub p_error: f32,
+    pub ng: Vec3,
+    pub ns: Vec3,
+    pub material: u32,
+}
+
+impl Surface {
+    /// The surface at a hit of the ray tracer.
+    pub fn at(&self, ray: &Ray, hit: &embree::Hit) -> Geometry {
+        match self {
+            Surface::Mesh(mesh) => on_triangle(mesh, hit),
+            Surface::Spheres(spheres) => on_sphere(&spheres[hit.primitive as usize], ray.at(hit.t)),
+        }
+    }
+
+    pub fn bounds(&self) -> Aabb {
+        match self {
+            Surface::Mesh(mesh) => Aabb::of_points(mesh.vertices.iter().copied()),
+            Surface::Spheres(spheres) => {
+                spheres.iter().map(|s| Aabb::of_sphere(s.center, s.radius)).fold(Aabb::EMPTY, Aabb::union)
+            }
+        }
+    }
+}
+
+/// The point from its barycentric weights: its error does not grow with the length of the ray.
+fn on_triangle(mesh: &Mesh, hit: &embree::Hit) -> Geometry {
+    let triangle = mesh.triangles[hit.primitive as usize];
+    let weigh = |of: &[Vec3]| {
+        let [a, b, c] = triangle.map(|i| of[i as usize]);
+        (1.0 - hit.u - hit.v) * a + hit.u * b + hit.v * c
+    };
+    let corners = triangle.map(|i| mesh.vertices[i as usize]);
+    let largest = corners.iter().fold(0.0, |m: f32, c| m.max(c.abs().max_element()));
+    let ng = hit.ng.normalize();
+    let ns = mesh.normals.as_ref().and_then(|normals| weigh(normals).try_normalize());
+    Geometry {
+        p: weigh(&mesh.vertices),
+        p_error: RELATIVE_POSITION_ERROR * largest,
+        ng,
+        ns: ns.unwrap_or(ng),
+        material: mesh.materials[hit.primitive as usize],
+    }
+}
+
+/// The point is moved onto the sphere: its error does not grow with the length of the ray.
+fn on_sphere(sphere: &SphereDesc, p: Vec3) -> Geometry {
+    let ng = (p - sphere.center).normalize_or(Vec3::Y);
+    Geometry {
+        p: sphere.center + sphere.radius * ng,
+        p_error: RELATIVE_POSITION_ERROR * (sphere.center.abs().max_element() + sphere.radius),
+        ng,
+        ns: ng,
+        material: sphere.material,
+    }
+}
+
+/// A point of a surface that light or photons arrive at, seen from one side.
+#[derive(Clone, Copy, Debug)]
+pub struct Receiver {
+    /// The point.
+    pub p: Vec3,
+    /// Its absolute error, in scene units.
+    pub p_error: f32,
+    /// Geometric normal, unit, on the side that is seen.
+    pub ng: Vec3,
+    /// Shading normal, unit, on the side that is seen.
+    pub ns: Vec3,
+}
+
+/// The first surface along a ray.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfaceHit {
+    /// The point.
+    pub p: Vec3,
+    /// Its absolute error, in scene units.
+    pub p_error: f32,
+    /// Distance along the ray, in lengths of its direction.
+    pub t: f32,
+    /// Geometric normal, unit, outward: by the winding of a triangle, away from a sphere's centre.
+    pub ng: Vec3,
+    /// The shading frame around the shading normal, which lies on the side of `ng`.
+    pub frame: Frame,
+    /// Back along the ray, unit.
+    pub wo: Vec3,
+    /// Number of the material.
+    pub material: u32,
+}
+
+impl SurfaceHit {
+    /// Where the shading normal would see `wo` from the other side than the geometric one, the latter stands in:
+    /// no light leaks through and no cosine turns negative.
+    pub(super) fn new(ray: &Ray, t: f32, surface: Geometry) -> SurfaceHit {
+        let Geometry { p, p_error, ng, ns, material } = surface;
+        let wo = -ray.dir.normalize();
+        let consistent = ns.dot(wo) * ng.dot(wo) > 0.0;
+        let frame = Frame::around(if consistent { ns } else { ng });
+        SurfaceHit { p, p_error, t, ng, frame, wo, material }
+    }
+
+    /// `wo` in the shading frame.
+    pub fn wo_local(&self) -> Vec3 {
+        self.frame.to_local(self.wo)
+    }
+
+    /// Whether the ray came from the outer side, that of `ng`.
+    pub fn is_front(&self) -> bool {
+        self.ng.dot(self.wo) > 0.0
+    }
+
+    /// The surface as it is seen along `wo`.
+    pub fn receiver(&self) -> Receiver {
+        let side = if self.is_front() { 1.0 } else { -1.0 };
+        Receiver { p: self.p, p_error: self.p_error, ng: side * self.ng, ns: side * self.frame.normal }
+    }
+
+    /// The ray that goes on in the local direction `wi` after `event`.
+    ///
+    /// `None` where the shading normal bends it to the wrong side of the true surface: such light is absorbed.
+    pub fn continue_along(&self, event: Event, wi: Vec3) -> Option<Ray> {
+        let dir = self.frame.to_world(wi);
+        let crosses = (self.ng.dot(dir) > 0.0) != self.is_front();
+        (crosses == (event == Event::Transmission))
+            .then(|| Ray::new(offset_origin(self.p, self.p_error, self.ng, dir), dir))
+    }
+
+    /// `|w · ns| / |w · ng|` for the world direction `w`: from the light that the true surface receives to the
+    /// light that the shading normal promises. 1 where both normals agree.
+    ///
+    /// # Source
+    /// Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, section 5.3.
+    pub fn shading_correction(&self, w: Vec3) -> f32 {
+        let geometric = self.ng.dot(w).abs();
+        if geometric > 0.0 { self.frame.normal.dot(w).abs() / geometric } else { 0.0 }
+    }
+}
