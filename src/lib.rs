@@ -14,6 +14,7 @@
 //! [`bsdf::Scattering`] ─> [`math::Ray`].
 
 pub mod bsdf;
+pub mod bvh;
 pub mod camera;
 pub mod compare;
 pub mod embree;

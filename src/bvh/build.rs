@@ -1,0 +1,185 @@
+//! The builder: top-down, in place, the same tree whatever the number of threads.
+
+use rayon::prelude::*;
+
+use super::items::{Extent, Item};
+use super::split::{Bins, Slicer, partition_at_median};
+use super::tree::{Node, Tree};
+use crate::math::Aabb;
+
+/// Below this many boxes a subtree is built by one thread.
+const PARALLEL_BOXES: usize = 8 * 1024;
+
+/// Passes over more boxes than this are cut in halves.
+const PASS_BOXES: usize = 32 * 1024;
+
+/// Below this depth the median is taken: each such level halves the count, so recursion ends in time.
+const MAX_HEURISTIC_DEPTH: u32 = 40;
+
+/// A tree over `boxes` with at most `leaf_size` (at least 1) to a leaf, and the index in `boxes` of each position.
+///
+/// Empty boxes are allowed; boxes without a finite centre are placed anywhere; NaN corners are not allowed. At most 2³⁰ boxes are allowed.
+///
+/// ```
+/// use caustica::{bvh::build, math::{Aabb, Vec3}};
+/// let boxes = [3.0, 1.0, 2.0].map(|x| Aabb::of_sphere(Vec3::splat(x), 0.25));
+/// let (tree, order) = build(&boxes, 1);
+/// assert_eq!(tree.nodes().len(), 5);
+/// assert_eq!(order, [1, 2, 0]);
+/// ```
+pub fn build(boxes: &[Aabb], leaf_size: usize) -> (Tree, Vec<u32>) {
+    let mut items: Vec<Item> =
+        boxes.par_iter().enumerate().map(|(index, b)| Item::new(b, index as u32)).collect();
+    let mut nodes = Vec::new();
+    if !items.is_empty() {
+        Builder { leaf_size: leaf_size.max(1) }.subtree(&mut items, 0, 0, &mut nodes);
+    }
+    nodes.shrink_to_fit();
+    let order = items.par_iter().map(Item::index).collect();
+    (Tree { nodes, len: boxes.len() }, order)
+}
+
+struct Builder {
+    leaf_size: usize,
+}
+
+impl Builder {
+    fn subtree(&self, items: &mut [Item], first: u32, depth: u32, nodes: &mut Vec<Node>) {
+        let root = nodes.len();
+        let extent = in_halves(items, &Extent::of, &Extent::union);
+        nodes.push(Node { bounds: extent.bounds.to_aabb(), first, size: 1 });
+        if items.len() <= self.leaf_size {
+            return;
+        }
+        let n_left = partition(items, &extent, depth);
+        self.children(items, n_left, first, depth + 1, nodes);
+        nodes[root].size = (nodes.len() - root) as u32;
+    }
+
+    fn children(&self, items: &mut [Item], n_left: usize, first: u32, depth: u32, nodes: &mut Vec<Node>) {
+        let parallel = items.len() >= PARALLEL_BOXES;
+        let (left, right) = items.split_at_mut(n_left);
+        let middle = first + n_left as u32;
+        if parallel {
+            let mut right_nodes = Vec::new();
+            rayon::join(
+                || self.subtree(left, first, depth, nodes),
+                || self.subtree(right, middle, depth, &mut right_nodes),
+            );
+            nodes.append(&mut right_nodes);
+        } else {
+            self.subtree(left, first, depth, nodes);
+            self.subtree(right, middle, depth, nodes);
+        }
+    }
+}
+
+fn partition(items: &mut [Item], extent: &Extent, depth: u32) -> usize {
+    if depth >= MAX_HEURISTIC_DEPTH {
+        return partition_at_median(items, extent);
+    }
+    let slicer = Slicer::new(extent);
+    match in_halves(items, &|part| Bins::of(part, &slicer), &Bins::union).cheapest_cut() {
+        Some(cut) => slicer.partition(items, cut),
+        None => partition_at_median(items, extent),
+    }
+}
+
+/// `of(items)`, in parallel; `union` must be exact, so that it does not matter where the halves meet.
+fn in_halves<T: Send>(
+    items: &[Item],
+    of: &(impl Fn(&[Item]) -> T + Sync),
+    union: &(impl Fn(T, T) -> T + Sync),
+) -> T {
+    if items.len() <= PASS_BOXES {
+        return of(items);
+    }
+    let (left, right) = items.split_at(items.len() / 2);
+    let (left, right) = rayon::join(|| in_halves(left, of, union), || in_halves(right, of, union));
+    union(left, right)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bvh::test_sets::{Layout, Radii, spheres};
+    use crate::math::Vec3;
+    use proptest::prelude::*;
+
+    fn depth(tree: &Tree, node: usize) -> u32 {
+        if tree.nodes[node].is_leaf() {
+            return 0;
+        }
+        let (left, right) = tree.children(node);
+        1 + depth(tree, left).max(depth(tree, right))
+    }
+
+    fn valid(boxes: &[Aabb], leaf_size: usize) -> Tree {
+        let (tree, order) = build(boxes, leaf_size);
+        tree.check_invariants(|position| boxes[order[position] as usize]).unwrap();
+        tree
+    }
+
+    #[test]
+    fn leaves_hold_at_most_what_is_asked_for() {
+        for leaf_size in [0, 1, 4, 12] {
+            for n in 0..30 {
+                let boxes: Vec<Aabb> =
+                    spheres(Layout::Cube, Radii::Mixed, n, 5).iter().map(|s| s.bounds()).collect();
+                let tree = valid(&boxes, leaf_size);
+                let leaves = (0..tree.nodes.len()).filter(|&k| tree.nodes[k].is_leaf());
+                let largest = leaves.map(|k| tree.positions(k).len()).max();
+                assert!(largest.is_none_or(|n| n <= leaf_size.max(1)), "{largest:?} > {leaf_size}");
+            }
+        }
+    }
+
+    #[test]
+    fn boxes_of_doubling_size_and_distance_do_not_deepen_the_tree_without_bound() {
+        let diagonal = |k: i32| Aabb::of_sphere(Vec3::splat(2f32.powi(k)), 0.0);
+        let boxes: Vec<Aabb> = (-62..62).map(diagonal).collect();
+        let deep = depth(&valid(&boxes, 1), 0);
+        assert!(deep > MAX_HEURISTIC_DEPTH, "only {deep} levels: not the case that this test is for");
+        assert!(deep <= MAX_HEURISTIC_DEPTH + 4, "{deep} levels");
+    }
+
+    #[test]
+    fn coplanar_collinear_and_coincident_boxes_make_shallow_trees() {
+        for layout in [Layout::Plane, Layout::Line, Layout::Point] {
+            for radii in [Radii::Equal(0.0), Radii::Equal(1e-30), Radii::Equal(100.0)] {
+                let set = spheres(layout, radii, 50_000, 6);
+                let boxes: Vec<Aabb> = set.iter().map(|s| s.bounds()).collect();
+                let deep = depth(&valid(&boxes, 4), 0);
+                assert!(deep < 32, "{layout:?} {radii:?}: {deep} levels");
+            }
+        }
+    }
+
+    #[test]
+    fn the_first_split_parts_two_clusters_whatever_empty_boxes_are_among_them() {
+        let near = spheres(Layout::Cube, Radii::Equal(0.1), 200, 7);
+        let apart = |k: usize| near[k].center + Vec3::Y * (10 * (k % 2)) as f32;
+        let mut boxes: Vec<Aabb> = (0..200).map(|k| Aabb::of_sphere(apart(k), 0.1)).collect();
+        boxes.push(Aabb::EMPTY);
+        let tree = valid(&boxes, 4);
+        let (left, right) = tree.children(0);
+        assert!(tree.positions(left).len().abs_diff(100) <= 1);
+        assert!(tree.nodes[left].bounds.max.y < tree.nodes[right].bounds.min.y);
+    }
+
+    proptest! {
+        #[test]
+        fn any_boxes_make_a_valid_tree(
+            corners in prop::collection::vec(prop::array::uniform6(any::<f32>()), 0..200),
+            leaf_size in 1usize..6,
+        ) {
+            let boxes: Vec<Aabb> = corners
+                .iter()
+                .map(|c| [Vec3::from_slice(&c[..3]), Vec3::from_slice(&c[3..])])
+                .filter(|corners| !corners.iter().any(|c| c.is_nan()))
+                .map(Aabb::of_points)
+                .collect();
+            valid(&boxes, leaf_size);
+        }
+    }
+}
