@@ -12,6 +12,22 @@
 //!
 //! Inside a path: [`light::EmissionSample`] or a ray of the [`camera`] ─> [`scene::SurfaceHit`] ─>
 //! [`bsdf::Scattering`] ─> [`math::Ray`].
+//!
+//! Start at [`scene::load`] and [`ppm::Render`]:
+//!
+//! ```no_run
+//! use caustica::{ppm::{Render, Settings}, scene::{self, Scene}};
+//!
+//! let desc = scene::load("data/course_diffuse.toml".as_ref())?;
+//! let settings = Settings::of_scene(&desc.render);
+//! let scene = Scene::new(desc)?;
+//! let mut render = Render::new(&scene, settings);
+//! for _ in 0..10 {
+//!     render.pass();
+//! }
+//! let picture = render.picture();
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod bsdf;
 pub mod bvh;
@@ -22,5 +38,6 @@ pub mod film;
 pub mod light;
 pub mod math;
 pub mod output;
+pub mod ppm;
 pub mod reference;
 pub mod scene;

@@ -107,6 +107,23 @@ impl Scattering {
         let p = self.albedo.max_element();
         (u < below + p).then(|| Choice::Diffuse { factor: self.albedo / p })
     }
+
+    /// Chooses a lobe for certain, in the same proportions as [`Scattering::choose`]: what would be absorbed
+    /// lowers the factor instead. `None` only of a surface without lobes.
+    pub fn choose_any(&self, u: f32) -> Option<Choice> {
+        let lobes = self.specular().map(|lobe| lobe.share.max_element()).sum::<f32>();
+        let survival = lobes + self.albedo.max_element();
+        self.choose(u * survival).map(|choice| choice.scaled(survival))
+    }
+}
+
+impl Choice {
+    fn scaled(self, by: f32) -> Choice {
+        match self {
+            Choice::Diffuse { factor } => Choice::Diffuse { factor: by * factor },
+            Choice::Specular { event, wi, factor } => Choice::Specular { event, wi, factor: by * factor },
+        }
+    }
 }
 
 /// A direction of a diffuse bounce on the side of `wo`, and its factor `cos θ / (π pdf_w)`, all local.

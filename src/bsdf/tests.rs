@@ -80,12 +80,15 @@ fn roulette_is_unbiased_for_every_material() {
         let wo = direction(0.6, true);
         let scattering = bsdf.scatter(wo, Transport::Camera);
         let expected = scattering.specular().fold(scattering.albedo, |sum, lobe| sum + lobe.weight());
-        let mut rng = Rng::new(11, Stream::Test, 0, 0);
-        let factors = (0..N).filter_map(|_| scattering.choose(rng.next_f32())).map(|choice| match choice {
-            Choice::Diffuse { factor } | Choice::Specular { factor, .. } => factor.as_dvec3(),
-        });
-        let mean = (factors.sum::<crate::math::DVec3>() / N as f64).as_vec3();
-        assert!((mean - expected).abs().max_element() < 0.006, "{bsdf:?}: {mean} instead of {expected}");
+        for choose in [Scattering::choose, Scattering::choose_any] {
+            let mut rng = Rng::new(11, Stream::Test, 0, 0);
+            let factors =
+                (0..N).filter_map(|_| choose(&scattering, rng.next_f32())).map(|choice| match choice {
+                    Choice::Diffuse { factor } | Choice::Specular { factor, .. } => factor.as_dvec3(),
+                });
+            let mean = (factors.sum::<crate::math::DVec3>() / N as f64).as_vec3();
+            assert!((mean - expected).abs().max_element() < 0.006, "{bsdf:?}: {mean} instead of {expected}");
+        }
     }
 }
 

@@ -1,0 +1,75 @@
+//! Direct light at the hit points: exact from point lights, sampled anew in each pass from area lights.
+
+use std::f64::consts::PI;
+
+use rayon::prelude::*;
+
+use super::HitPoint;
+use crate::math::{DVec3, Rgb, Rng, Stream};
+use crate::scene::Scene;
+
+/// The direct irradiance at every hit point.
+#[derive(Clone, Debug)]
+pub struct DirectPass {
+    from_points: Vec<Rgb>,
+    /// Sums over passes; empty where no light has an area.
+    from_areas: Vec<DVec3>,
+    passes: u32,
+    rays: u64,
+}
+
+impl DirectPass {
+    /// Casts the shadow rays to all point lights, and the first one to the area lights.
+    pub fn new(scene: &Scene, hit_points: &[HitPoint], seed: u64) -> DirectPass {
+        let exact: Vec<_> = hit_points.par_iter().map(|h| scene.direct_from_points(&h.receiver)).collect();
+        let areas = if scene.lights().any_area() { hit_points.len() } else { 0 };
+        let mut direct = DirectPass {
+            from_points: exact.iter().map(|d| d.irradiance).collect(),
+            from_areas: vec![DVec3::ZERO; areas],
+            passes: 0,
+            rays: exact.iter().map(|d| u64::from(d.shadow_rays)).sum(),
+        };
+        direct.add_pass(scene, hit_points, seed);
+        direct
+    }
+
+    /// Adds one sample of the area lights at every hit point, so that their noise falls with the passes.
+    pub fn add_pass(&mut self, scene: &Scene, hit_points: &[HitPoint], seed: u64) {
+        let pass = self.passes;
+        let rays: u64 = self
+            .from_areas
+            .par_iter_mut()
+            .zip(hit_points)
+            .enumerate()
+            .map(|(index, (sum, hit_point))| {
+                let mut rng = Rng::new(seed, Stream::DirectLight, pass, index as u64);
+                let sample = scene.direct_from_areas(&hit_point.receiver, &mut rng);
+                *sum += sample.irradiance.as_dvec3();
+                u64::from(sample.shadow_rays)
+            })
+            .sum();
+        self.rays += rays;
+        self.passes += 1;
+    }
+
+    /// The direct irradiance at hit point `index` (W/m²).
+    pub fn irradiance(&self, index: usize) -> DVec3 {
+        let areas = self.from_areas.get(index).map_or(DVec3::ZERO, |sum| *sum / f64::from(self.passes));
+        self.from_points[index].as_dvec3() + areas
+    }
+
+    /// Shadow rays cast so far.
+    pub fn rays(&self) -> u64 {
+        self.rays
+    }
+
+    /// Heap memory, in bytes.
+    pub fn memory_bytes(&self) -> usize {
+        size_of_val(&*self.from_points) + size_of_val(&*self.from_areas)
+    }
+}
+
+/// The radiance that a Lambertian surface reflects: `albedo / π · E`.
+pub fn reflected(albedo: Rgb, irradiance: DVec3) -> DVec3 {
+    albedo.as_dvec3() / PI * irradiance
+}

@@ -1,0 +1,171 @@
+//! Progressive photon mapping, as the recipe has it:
+//!
+//! ```text
+//! eye pass ──> hit points ──> direct light
+//!                   └──────> sphere tree
+//! every pass:  photons ──> gather ──> radius reduction ──> refit
+//! whenever asked:                     develop ──> picture
+//! ```
+//!
+//! # Source
+//! Hachisuka, Ogaki and Jensen, "Progressive Photon Mapping", SIGGRAPH Asia 2008.
+
+pub mod camera_pass;
+mod develop;
+mod direct;
+mod gather;
+mod hit_point;
+mod ledger;
+pub mod photon_pass;
+mod radius;
+mod settings;
+mod statistics;
+
+pub use camera_pass::EyePass;
+pub use direct::DirectPass;
+pub use gather::accepts;
+pub use hit_point::{GatherState, HitPoint, PassSum};
+pub use ledger::Ledger;
+pub use photon_pass::{Photon, PhotonBatch};
+pub use radius::automatic_radius;
+pub use settings::Settings;
+pub use statistics::{PassStatistics, PhaseSeconds, RadiusRange, SetupStatistics};
+
+use rayon::prelude::*;
+
+use crate::bvh::{Sphere, SphereBvh};
+use crate::film::Image;
+use crate::math::Rgb;
+use crate::scene::Scene;
+use statistics::{Stopwatch, gathered};
+
+/// A render under way: the picture is there at any time, and every pass makes it better.
+pub struct Render<'s> {
+    scene: &'s Scene,
+    settings: Settings,
+    /// In the order of the tree, as are the states.
+    hit_points: Vec<HitPoint>,
+    states: Vec<GatherState>,
+    tree: SphereBvh,
+    direct: DirectPass,
+    /// Lights that are seen directly, by pixel.
+    emitted_light: Vec<Rgb>,
+    emitted_photons: u64,
+    passes: u32,
+    setup: SetupStatistics,
+}
+
+impl<'s> Render<'s> {
+    /// Traces the eye paths, finds the direct light and builds the tree over the hit points.
+    pub fn new(scene: &'s Scene, settings: Settings) -> Render<'s> {
+        let mut watch = Stopwatch::start();
+        let eye = camera_pass::trace(scene, &settings);
+        let eye_seconds = watch.lap();
+        let radius = settings.radius.unwrap_or_else(|| automatic_radius(&eye.hit_points));
+        let (tree, hit_points) = build_tree(eye.hit_points, radius);
+        let states = vec![GatherState::new(radius); hit_points.len()];
+        let tree_seconds = watch.lap();
+        let direct = DirectPass::new(scene, &hit_points, settings.seed);
+        let setup = SetupStatistics {
+            hit_points: hit_points.len() as u64,
+            eye_rays: eye.rays,
+            shadow_rays: direct.rays(),
+            cut_weight: eye.cut_weight,
+            radius,
+            eye_seconds,
+            tree_seconds,
+            direct_seconds: watch.lap(),
+        };
+        let emitted_light = eye.emitted;
+        let (emitted_photons, passes) = (0, 0);
+        #[rustfmt::skip]
+        return Render {
+            scene, settings, hit_points, states, tree, direct, emitted_light, emitted_photons, passes, setup,
+        };
+    }
+
+    /// One photon pass: trace, gather, shrink the radii, refit the tree.
+    pub fn pass(&mut self) -> PassStatistics {
+        let mut watch = Stopwatch::start();
+        let mut phases = PhaseSeconds::default();
+        let shadow_rays_before = self.direct.rays();
+        if self.passes > 0 {
+            self.direct.add_pass(self.scene, &self.hit_points, self.settings.seed);
+        }
+        phases.direct = watch.lap();
+        let batch = photon_pass::trace(self.scene, &self.settings, self.passes);
+        phases.trace = watch.lap();
+        gather::gather(&self.tree, &self.hit_points, &batch, &mut self.states);
+        self.emitted_photons += batch.ledger.emitted;
+        phases.gather = watch.lap();
+        let found = gathered(&self.states);
+        let alpha = self.settings.alpha;
+        self.states.par_iter_mut().for_each(|state| state.after_pass(alpha));
+        phases.update = watch.lap();
+        let states = &self.states;
+        self.tree.refit(|position| states[position].radius() as f32);
+        phases.refit = watch.lap();
+        self.passes += 1;
+        let shadow_rays = self.direct.rays() - shadow_rays_before;
+        self.statistics(phases, batch.ledger, found, shadow_rays)
+    }
+
+    /// The picture of all light found so far (radiance).
+    pub fn picture(&self) -> Image {
+        develop::picture(self)
+    }
+
+    /// The picture of direct light alone: seen lights and what shadow rays brought.
+    pub fn direct_picture(&self) -> Image {
+        develop::direct_picture(self)
+    }
+
+    /// What the set-up found and took.
+    pub fn setup(&self) -> &SetupStatistics {
+        &self.setup
+    }
+
+    /// Photon passes done.
+    pub fn passes(&self) -> u32 {
+        self.passes
+    }
+
+    /// Photons emitted in all passes.
+    pub fn emitted_photons(&self) -> u64 {
+        self.emitted_photons
+    }
+
+    /// The settings of the render.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// The hit points, in the order of the tree.
+    pub fn hit_points(&self) -> &[HitPoint] {
+        &self.hit_points
+    }
+
+    /// The progressive statistics, one for each hit point.
+    pub fn states(&self) -> &[GatherState] {
+        &self.states
+    }
+
+    /// Heap memory of hit points, statistics, tree and direct light, in bytes.
+    pub fn memory_bytes(&self) -> usize {
+        size_of_val(&*self.hit_points)
+            + size_of_val(&*self.states)
+            + self.tree.memory_bytes()
+            + self.direct.memory_bytes()
+            + size_of_val(&*self.emitted_light)
+    }
+}
+
+/// The tree over spheres of the given radius, and the hit points in its order.
+fn build_tree(hit_points: Vec<HitPoint>, radius: f64) -> (SphereBvh, Vec<HitPoint>) {
+    let radius = radius as f32;
+    let spheres: Vec<Sphere> =
+        hit_points.par_iter().map(|h| Sphere { center: h.receiver.p, radius }).collect();
+    let (tree, order) = SphereBvh::build(&spheres);
+    let ordered = order.par_iter().map(|&index| hit_points[index as usize]).collect();
+    (tree, ordered)
+}
