@@ -32,6 +32,7 @@
 pub mod bsdf;
 pub mod bvh;
 pub mod camera;
+pub mod cli;
 pub mod compare;
 pub mod embree;
 pub mod film;

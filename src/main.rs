@@ -1,3 +1,7 @@
-//! The `caustica` command.
+//! The `caustica` command: see `caustica --help`.
 
-fn main() {}
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    caustica::cli::run()
+}

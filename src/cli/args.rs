@@ -1,0 +1,244 @@
+use std::ops::RangeBounds;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use crate::bsdf::DiffuseSampling;
+use crate::compare::Bound;
+
+/// Progressive photon mapping on Embree 4: caustics from small lights, in mirrors, through glass, under water.
+#[derive(Debug, Parser)]
+#[command(name = "caustica", version, max_term_width = 100, after_help = EXAMPLES)]
+pub struct Arguments {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  caustica surface data/surface.obj
+  caustica render data/course_water.toml -o out/water.exr --passes 64
+  caustica render data/cornell_b.toml --time 60 --json out/passes.jsonl
+  caustica reference data/course_diffuse.toml --spp 256 -o out/reference.exr
+  caustica compare out/course_diffuse.exr out/reference.exr --fail-above relmse=0.01
+
+Exit codes: 0 done; 1 a comparison exceeded its bound or a file could not be written; 2 wrong input or
+arguments, nothing was written; 130 interrupted, the picture so far was written.";
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render a scene by progressive photon mapping
+    Render(RenderArgs),
+    /// Render a scene by path tracing: the unbiased picture that photon mapping is checked against
+    Reference(ReferenceArgs),
+    /// Compare two pictures in HDR
+    Compare(CompareArgs),
+    /// Say what a scene holds and how it would be rendered
+    Info(InfoArgs),
+    /// Write the water surface of the course's scene as OBJ
+    Surface(SurfaceArgs),
+}
+
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  caustica render data/course_diffuse.toml --passes 10 --every-pass out/passes
+  caustica render data/course_balls.toml --sampling uniform --seed 7 -o out/uniform.exr
+  caustica render data/cornell_b.toml --time 120 --photons 1e6 --json -
+
+Ctrl-C finishes the pass under way and writes the picture; a second one stops at once.")]
+pub struct RenderArgs {
+    /// The scene (TOML)
+    pub scene: PathBuf,
+    /// The picture: EXR, and a PNG of the same name beside it [default: out/SCENE.exr]
+    #[arg(short, long, value_name = "FILE.exr")]
+    pub output: Option<PathBuf>,
+    /// Photon passes; 0 renders direct light alone [default: the scene's; unlimited with --time]
+    #[arg(long, value_name = "N")]
+    pub passes: Option<u32>,
+    /// Photons a pass, such as 100000 or 1e6 [default: the scene's]
+    #[arg(long, value_name = "N", value_parser = count)]
+    pub photons: Option<u64>,
+    /// Share of each pass's photons that is kept as radii shrink, in (0, 1] [default: the scene's]
+    #[arg(long, value_name = "A", value_parser = |s: &str| number(s, f64::MIN_POSITIVE..=1.0))]
+    pub alpha: Option<f64>,
+    /// Initial gather radius in scene units [default: the scene's, or two pixels wide]
+    #[arg(long, value_name = "R", value_parser = |s: &str| number(s, 1e-30..=1e30))]
+    pub radius: Option<f64>,
+    /// Eye samples a pixel, 1 to 4096 [default: the scene's]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub samples: Option<u32>,
+    /// Longest chain of mirrors and interfaces that an eye path follows [default: the scene's]
+    #[arg(long, value_name = "N")]
+    pub depth: Option<u32>,
+    /// How photons bounce off diffuse surfaces
+    #[arg(long, value_enum, default_value_t = Sampling::Cosine)]
+    pub sampling: Sampling,
+    /// Key of all random numbers
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub seed: u64,
+    /// Threads; the picture does not depend on them [default: all]
+    #[arg(long, value_name = "N", value_parser = threads)]
+    pub threads: Option<usize>,
+    /// Stop after the pass in which so many seconds are over
+    #[arg(long, value_name = "SECONDS", value_parser = |s: &str| number(s, 0.0..=1e9))]
+    pub time: Option<f64>,
+    /// Write the picture of each pass into this folder, as EXR and PNG
+    #[arg(long, value_name = "DIR")]
+    pub every_pass: Option<PathBuf>,
+    /// Write the picture of direct light alone, as EXR and PNG
+    #[arg(long, value_name = "FILE.exr")]
+    pub direct: Option<PathBuf>,
+    /// Write statistics, one JSON object a pass and line; - is standard output
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+    #[command(flatten)]
+    pub display: DisplayArgs,
+    /// Leave the measured seconds out of the EXR's header, so that equal pictures are equal files
+    #[arg(long)]
+    pub reproducible: bool,
+}
+
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Example:
+  caustica reference data/cornell_a.toml --spp 1024 -o out/cornell_a_reference.exr
+
+Beside FILE.exr and FILE.png it writes FILE_stderr.exr: the standard error of every pixel and channel.")]
+pub struct ReferenceArgs {
+    /// The scene (TOML)
+    pub scene: PathBuf,
+    /// Samples a pixel
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..))]
+    pub spp: u32,
+    /// The picture [default: out/SCENE_reference.exr]
+    #[arg(short, long, value_name = "FILE.exr")]
+    pub output: Option<PathBuf>,
+    /// Key of all random numbers
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub seed: u64,
+    /// Threads; the picture does not depend on them [default: all]
+    #[arg(long, value_name = "N", value_parser = threads)]
+    pub threads: Option<usize>,
+    /// Stop after the sample in which so many seconds are over
+    #[arg(long, value_name = "SECONDS", value_parser = |s: &str| number(s, 0.0..=1e9))]
+    pub time: Option<f64>,
+    #[command(flatten)]
+    pub display: DisplayArgs,
+    /// Leave the measured seconds out of the EXR's header, so that equal pictures are equal files
+    #[arg(long)]
+    pub reproducible: bool,
+}
+
+#[derive(Args, Debug)]
+pub struct DisplayArgs {
+    /// Exposure of PNGs in stops
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true)]
+    pub exposure: f32,
+    /// Gamma of PNGs
+    #[arg(long, value_name = "G", default_value_t = 2.2, value_parser = |s: &str| number(s, 0.01..=100.0).map(|g| g as f32))]
+    pub gamma: f32,
+}
+
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Example:
+  caustica compare out/a.exr out/b.exr --fail-above relmse=0.01 --fail-above mean-ratio=0.005")]
+pub struct CompareArgs {
+    /// The picture to judge
+    pub image: PathBuf,
+    /// The picture to judge it against
+    pub reference: PathBuf,
+    /// Exit with code 1 if a metric is worse than this; may be given several times
+    #[arg(long, value_name = "METRIC=VALUE")]
+    pub fail_above: Vec<Bound>,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args, Debug)]
+pub struct InfoArgs {
+    /// The scene (TOML)
+    pub scene: PathBuf,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args, Debug)]
+pub struct SurfaceArgs {
+    /// The mesh to write
+    #[arg(value_name = "FILE.obj")]
+    pub output: PathBuf,
+    /// Cells along each side
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub cells: u32,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum Sampling {
+    /// Density cos θ / π: the cosine cancels
+    Cosine,
+    /// Uniform over the hemisphere, by rejection
+    Uniform,
+}
+
+impl From<Sampling> for DiffuseSampling {
+    fn from(sampling: Sampling) -> DiffuseSampling {
+        match sampling {
+            Sampling::Cosine => DiffuseSampling::Cosine,
+            Sampling::Uniform => DiffuseSampling::Uniform,
+        }
+    }
+}
+
+fn number(text: &str, range: impl RangeBounds<f64> + std::fmt::Debug) -> Result<f64, String> {
+    let value = f64::from_str(text).map_err(|_| format!("`{text}` is not a number"))?;
+    if range.contains(&value) { Ok(value) } else { Err(format!("{value} is outside {range:?}")) }
+}
+
+/// A positive whole number, which may be written with an exponent.
+fn count(text: &str) -> Result<u64, String> {
+    if let Ok(value) = text.parse::<u64>() {
+        return if value > 0 { Ok(value) } else { Err("at least 1 is needed".into()) };
+    }
+    let value = number(text, 1.0..=1e15)?;
+    if value.fract() == 0.0 { Ok(value as u64) } else { Err(format!("`{text}` is not a whole number")) }
+}
+
+fn threads(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(n @ 1..=1024) => Ok(n),
+        _ => Err("allowed: 1 to 1024".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn argument_table_is_consistent() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn counts_may_have_exponents_but_no_fraction() {
+        assert_eq!(count("100000"), Ok(100_000));
+        assert_eq!(count("1e6"), Ok(1_000_000));
+        for wrong in ["0", "-1", "1.5", "nan", "inf", "many", "1e300"] {
+            assert!(count(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn numbers_outside_their_range_are_refused() {
+        assert_eq!(number("0.5", 0.0..=1.0), Ok(0.5));
+        for wrong in ["1.5", "nan", "x", "-inf"] {
+            assert!(number(wrong, 0.0..=1.0).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,66 @@
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use thiserror::Error;
+
+use crate::compare::CompareError;
+use crate::embree::EmbreeError;
+use crate::output::OutputError;
+use crate::scene::SceneError;
+
+/// How a command ended without an error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    Done,
+    BoundExceeded,
+    Interrupted,
+}
+
+impl Outcome {
+    pub fn exit_code(self) -> ExitCode {
+        ExitCode::from(match self {
+            Outcome::Done => 0,
+            Outcome::BoundExceeded => 1,
+            Outcome::Interrupted => 130,
+        })
+    }
+}
+
+/// Why a command could not do its work.
+#[derive(Debug, Error)]
+pub enum CliError {
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    #[error(transparent)]
+    Embree(#[from] EmbreeError),
+    #[error(transparent)]
+    Compare(#[from] CompareError),
+    /// Found before any work was done.
+    #[error("{0}")]
+    BadOutput(#[source] OutputError),
+    #[error("{path}: a picture is written as EXR; name a file that ends in .exr", path = path.display())]
+    NotExrName { path: PathBuf },
+    #[error("{0}")]
+    BadImage(#[source] OutputError),
+    /// Found when the work was done.
+    #[error(transparent)]
+    Write(#[from] OutputError),
+    #[error("cannot write the statistics {path}: {source}", path = path.display())]
+    Statistics { path: PathBuf, source: std::io::Error },
+    #[error("cannot start threads: {reason}")]
+    Threads { reason: String },
+}
+
+impl CliError {
+    pub fn exit_code(&self) -> ExitCode {
+        ExitCode::from(match self {
+            CliError::Scene(_)
+            | CliError::Embree(_)
+            | CliError::Compare(_)
+            | CliError::BadOutput(_)
+            | CliError::NotExrName { .. }
+            | CliError::BadImage(_) => 2,
+            CliError::Write(_) | CliError::Statistics { .. } | CliError::Threads { .. } => 1,
+        })
+    }
+}

@@ -1,0 +1,63 @@
+//! The command line: arguments become library calls, results become text and exit codes. Nothing below knows of it.
+
+mod args;
+mod compare;
+mod error;
+mod info;
+mod interrupt;
+mod json_lines;
+mod memory;
+mod pictures;
+mod progress;
+mod reference;
+mod render;
+mod surface;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use args::{Arguments, Command};
+use error::{CliError, Outcome};
+
+/// Runs the command that the process was started with.
+///
+/// Exit codes: 0 done; 1 a comparison exceeded its bound, or a file could not be written; 2 the input or the
+/// arguments are wrong, nothing was written; 130 interrupted, the picture so far was written.
+pub fn run() -> ExitCode {
+    match dispatch(Arguments::parse().command) {
+        Ok(outcome) => outcome.exit_code(),
+        Err(error) => {
+            eprintln!("error: {error}");
+            error.exit_code()
+        }
+    }
+}
+
+fn dispatch(command: Command) -> Result<Outcome, CliError> {
+    match command {
+        Command::Render(args) => render::run(&args),
+        Command::Reference(args) => reference::run(&args),
+        Command::Compare(args) => compare::run(&args),
+        Command::Info(args) => info::run(&args),
+        Command::Surface(args) => surface::run(&args),
+    }
+}
+
+/// Gives rayon the number of threads asked for; all of the machine's without one.
+fn use_threads(threads: Option<usize>) -> Result<usize, CliError> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads.unwrap_or(0))
+        .build_global()
+        .map_err(|error| CliError::Threads { reason: error.to_string() })?;
+    Ok(rayon::current_num_threads())
+}
+
+/// Loads a scene and passes on what its loader noticed.
+fn load(path: &std::path::Path) -> Result<crate::scene::SceneDesc, CliError> {
+    let desc = crate::scene::load(path)?;
+    for warning in &desc.warnings {
+        eprintln!("warning: {warning}");
+    }
+    Ok(desc)
+}

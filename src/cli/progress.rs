@@ -1,0 +1,56 @@
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// When to stop, whichever comes first.
+#[derive(Clone, Copy, Debug)]
+pub struct Budget {
+    /// Passes or samples; `None` for no limit.
+    pub steps: Option<u32>,
+    /// Seconds; `None` for no limit.
+    pub seconds: Option<f64>,
+}
+
+/// Watches the budget of a render and shows how far it is: on a terminal only, silent in a pipe.
+pub struct Progress {
+    budget: Budget,
+    started: Instant,
+    bar: ProgressBar,
+}
+
+const KNOWN_END: &str = "{prefix} {pos}/{len} [{wide_bar}] {msg}, {eta} left";
+const OPEN_END: &str = "{prefix} {pos} {spinner} {msg}, {elapsed} so far";
+
+impl Progress {
+    pub fn start(what: &'static str, budget: Budget) -> Progress {
+        let (bar, template) = match budget.steps {
+            Some(steps) => (ProgressBar::new(u64::from(steps)), KNOWN_END),
+            None => (ProgressBar::new_spinner(), OPEN_END),
+        };
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            bar.set_style(style.progress_chars("=> "));
+        }
+        bar.set_prefix(what);
+        bar.enable_steady_tick(Duration::from_millis(500));
+        Progress { budget, started: Instant::now(), bar }
+    }
+
+    /// Whether the budget is spent after `steps`.
+    pub fn is_over(&self, steps: u32) -> bool {
+        self.budget.steps.is_some_and(|limit| steps >= limit)
+            || self.budget.seconds.is_some_and(|limit| self.seconds() >= limit)
+    }
+
+    pub fn step(&self, message: String) {
+        self.bar.set_message(message);
+        self.bar.inc(1);
+    }
+
+    pub fn seconds(&self) -> f64 {
+        self.started.elapsed().as_secs_f64()
+    }
+
+    pub fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+}
