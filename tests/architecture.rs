@@ -151,6 +151,8 @@ fn unsafe_stands_behind_the_fence_alone() {
 #[test]
 fn nothing_unwraps_outside_tests() {
     let mut sources = sources();
+    let test_files: Vec<String> = sources.iter().flat_map(Source::test_files).collect();
+    sources.retain(|source| !test_files.contains(&source.name));
     sources.push(Source::new("../build.rs", &fs::read_to_string(root().join("build.rs")).unwrap()));
     let places = |source: &Source| source.without_tests().lines_with(&[".unwrap()", ".expect("]);
     assert_none(&sources.iter().flat_map(places).collect::<Vec<_>>());

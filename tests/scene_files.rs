@@ -40,12 +40,11 @@ fn faces(scene: &SceneDesc, i: usize, point: Vec3) -> bool {
 /// The scene in the documentation, with each mesh file it names.
 #[test]
 fn the_documented_format_loads() {
-    let docs = include_str!("../src/scene/mod.rs");
-    let block = docs.split("```toml\n").nth(1).unwrap().split("//! ```").next().unwrap();
-    let text: String = block.lines().map(|l| format!("{}\n", l.trim_start_matches("//!"))).collect();
+    let docs = include_str!("../docs/scenes.md");
+    let text = docs.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
     let mut surface = Vec::new();
     water::write_obj(&mut surface, 2).unwrap();
-    let scene = read(&text, &[("surface.obj", &surface)]).unwrap();
+    let scene = read(text, &[("surface.obj", &surface)]).unwrap();
     assert_eq!((scene.spheres.len(), scene.meshes.len(), scene.point_lights.len()), (1, 2, 1));
     let smooth = scene.meshes[1].normals.as_ref().unwrap();
     assert_eq!(smooth.len(), 9);

@@ -112,4 +112,121 @@ fn fixed_weight_lobes(
 }
 
 #[cfg(test)]
-mod tests;
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::math::{Rng, Stream};
+
+    const WATER: Bsdf =
+        Bsdf::FixedWeight { color: Rgb::new(0.6, 0.6, 0.7), reflectivity: 0.2, transparency: 0.7, ior: 1.33 };
+
+    fn all_materials() -> [Bsdf; 5] {
+        [
+            Bsdf::Diffuse { albedo: Rgb::new(0.7, 0.1, 0.0) },
+            Bsdf::Mirror { reflectance: Rgb::new(0.9, 0.8, 0.7) },
+            Bsdf::Dielectric { ior: 1.5 },
+            WATER,
+            Bsdf::FixedWeight { color: Rgb::ONE, reflectivity: 0.5, transparency: 0.5, ior: 0.7 },
+        ]
+    }
+
+    fn direction(cos: f32, above: bool) -> Vec3 {
+        Vec3::new((1.0 - cos * cos).sqrt(), 0.0, if above { cos } else { -cos })
+    }
+
+    proptest! {
+        /// Catches a lobe that is added twice or a share that is not taken from the rest.
+        #[test]
+        fn shares_never_exceed_the_incident_power(cos in 0f32..1.0, above: bool) {
+            for bsdf in all_materials() {
+                let scattering = bsdf.scatter(direction(cos, above), Transport::Power);
+                let total = scattering.specular().fold(scattering.albedo, |sum, lobe| sum + lobe.share);
+                prop_assert!(total.max_element() <= 1.0 + 1e-6, "{bsdf:?} gives {total}");
+            }
+        }
+
+        /// Catches radiance scaled on one side only: into and out of a medium must cancel.
+        #[test]
+        fn radiance_through_a_slab_is_scaled_by_one(cos in 0.3f32..1.0) {
+            for (bsdf, transport) in [
+                (Bsdf::Dielectric { ior: 1.5 }, Transport::Camera),
+                (Bsdf::Dielectric { ior: 1.5 }, Transport::Radiance),
+                (WATER, Transport::Radiance),
+            ] {
+                let refracted = |wo| {
+                    let scattering = bsdf.scatter(wo, transport);
+                    *scattering.specular().find(|l| l.event == Event::Transmission).unwrap()
+                };
+                let into = refracted(direction(cos, true));
+                let out = refracted(into.wi);
+                prop_assert!((into.scale * out.scale - 1.0).abs() < 1e-5);
+                prop_assert!(into.scale < 0.6);
+            }
+        }
+    }
+
+    #[test]
+    fn fixed_weights_are_the_eye_weights_and_the_photon_shares() {
+        for transport in [Transport::Camera, Transport::Power] {
+            let scattering = WATER.scatter(direction(0.8, true), transport);
+            let weights: Vec<f32> = scattering.specular().map(|lobe| lobe.weight().x).collect();
+            assert_eq!(weights, [0.2, 0.7]);
+            assert!((scattering.albedo - 0.1 * Rgb::new(0.6, 0.6, 0.7)).abs().max_element() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn total_internal_reflection_mirrors_the_refracted_share() {
+        for (bsdf, share) in [(WATER, 0.9), (Bsdf::Dielectric { ior: 1.33 }, 1.0)] {
+            let lobes: Vec<SpecularLobe> =
+                bsdf.scatter(direction(0.1, false), Transport::Power).specular().copied().collect();
+            assert_eq!(lobes.len(), 1);
+            assert_eq!((lobes[0].event, lobes[0].wi.z < 0.0), (Event::Reflection, true));
+            assert!((lobes[0].share.x - share).abs() < 1e-6);
+        }
+    }
+
+    /// The mean factor of each kind of event over many roulettes is its weight: compensation happens exactly once.
+    #[test]
+    fn roulette_is_unbiased_for_every_material() {
+        const N: usize = 200_000;
+        for bsdf in all_materials() {
+            let wo = direction(0.6, true);
+            let scattering = bsdf.scatter(wo, Transport::Camera);
+            let expected = scattering.specular().fold(scattering.albedo, |sum, lobe| sum + lobe.weight());
+            for choose in [Scattering::choose, Scattering::choose_any] {
+                let mut rng = Rng::new(11, Stream::Test, 0, 0);
+                let factors =
+                    (0..N).filter_map(|_| choose(&scattering, rng.next_f32())).map(|choice| match choice {
+                        Choice::Diffuse { factor } | Choice::Specular { factor, .. } => factor.as_dvec3(),
+                    });
+                let mean = (factors.sum::<crate::math::DVec3>() / N as f64).as_vec3();
+                assert!(
+                    (mean - expected).abs().max_element() < 0.006,
+                    "{bsdf:?}: {mean} instead of {expected}"
+                );
+            }
+        }
+    }
+
+    /// Both samplings estimate the same integrals of the hemisphere: `∫ cos/π dω = 1` and `∫ cos²/π dω = 2/3`.
+    #[test]
+    fn both_samplings_integrate_the_cosine_lobe() {
+        const N: u32 = 200_000;
+        for sampling in [DiffuseSampling::Cosine, DiffuseSampling::Uniform] {
+            for wo in [Vec3::Z, Vec3::NEG_Z] {
+                let mut rng = Rng::new(3, Stream::Test, 0, 0);
+                let (mut first, mut second) = (0f64, 0f64);
+                for _ in 0..N {
+                    let (wi, factor) = sample_diffuse(sampling, wo, &mut rng);
+                    assert!(wi.z * wo.z >= 0.0);
+                    first += f64::from(factor);
+                    second += f64::from(factor * wi.z.abs());
+                }
+                assert!((first / f64::from(N) - 1.0).abs() < 0.005, "{sampling:?}: {first}");
+                assert!((second / f64::from(N) - 2.0 / 3.0).abs() < 0.005, "{sampling:?}: {second}");
+            }
+        }
+    }
+}

@@ -55,22 +55,22 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "FILE.exr")]
     pub output: Option<PathBuf>,
     /// Photon passes; 0 renders direct light alone [default: the scene's; unlimited with --time]
-    #[arg(long, value_name = "N")]
+    #[arg(long, allow_negative_numbers = true, value_name = "N")]
     pub passes: Option<u32>,
     /// Photons a pass, such as 100000 or 1e6 [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = count)]
+    #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = count)]
     pub photons: Option<u64>,
     /// Share of each pass's photons that is kept as radii shrink, in (0, 1] [default: the scene's]
-    #[arg(long, value_name = "A", value_parser = |s: &str| number(s, f64::MIN_POSITIVE..=1.0))]
+    #[arg(long, allow_negative_numbers = true, value_name = "A", value_parser = |s: &str| number(s, f64::MIN_POSITIVE..=1.0))]
     pub alpha: Option<f64>,
     /// Initial gather radius in scene units [default: the scene's, or two pixels wide]
-    #[arg(long, value_name = "R", value_parser = |s: &str| number(s, 1e-30..=1e30))]
+    #[arg(long, allow_negative_numbers = true, value_name = "R", value_parser = |s: &str| number(s, 1e-30..=1e30))]
     pub radius: Option<f64>,
     /// Eye samples a pixel, 1 to 4096 [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub samples: Option<u32>,
     /// Longest chain of mirrors and interfaces that an eye path follows [default: the scene's]
-    #[arg(long, value_name = "N")]
+    #[arg(long, allow_negative_numbers = true, value_name = "N")]
     pub depth: Option<u32>,
     /// How photons bounce off diffuse surfaces
     #[arg(long, value_enum, default_value_t = Sampling::Cosine)]
@@ -79,10 +79,10 @@ pub struct RenderArgs {
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
     /// Threads; the picture does not depend on them [default: all]
-    #[arg(long, value_name = "N", value_parser = threads)]
+    #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = threads)]
     pub threads: Option<usize>,
     /// Stop after the pass in which so many seconds are over
-    #[arg(long, value_name = "SECONDS", value_parser = |s: &str| number(s, 0.0..=1e9))]
+    #[arg(long, allow_negative_numbers = true, value_name = "SECONDS", value_parser = |s: &str| number(s, 0.0..=1e9))]
     pub time: Option<f64>,
     /// Write the picture of each pass into this folder, as EXR and PNG
     #[arg(long, value_name = "DIR")]
@@ -110,7 +110,7 @@ pub struct ReferenceArgs {
     /// The scene (TOML)
     pub scene: PathBuf,
     /// Samples a pixel
-    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..))]
     pub spp: u32,
     /// The picture [default: out/SCENE_reference.exr]
     #[arg(short, long, value_name = "FILE.exr")]
@@ -119,10 +119,10 @@ pub struct ReferenceArgs {
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
     /// Threads; the picture does not depend on them [default: all]
-    #[arg(long, value_name = "N", value_parser = threads)]
+    #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = threads)]
     pub threads: Option<usize>,
     /// Stop after the sample in which so many seconds are over
-    #[arg(long, value_name = "SECONDS", value_parser = |s: &str| number(s, 0.0..=1e9))]
+    #[arg(long, allow_negative_numbers = true, value_name = "SECONDS", value_parser = |s: &str| number(s, 0.0..=1e9))]
     pub time: Option<f64>,
     #[command(flatten)]
     pub display: DisplayArgs,
@@ -173,7 +173,7 @@ pub struct SurfaceArgs {
     #[arg(value_name = "FILE.obj")]
     pub output: PathBuf,
     /// Cells along each side
-    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub cells: u32,
 }
 

@@ -26,10 +26,20 @@ impl Source {
         self.name.split('/').next().unwrap_or_default().trim_end_matches(".rs")
     }
 
-    /// The same without what stands behind `#[cfg(test)]`; nothing of a file that is called `tests.rs`.
+    /// The files of the modules that it declares behind `#[cfg(test)]`.
+    pub fn test_files(&self) -> Vec<String> {
+        let folder = self.name.trim_end_matches("mod.rs").trim_end_matches(".rs").trim_end_matches('/');
+        let behind = self.text.split("#[cfg(test)]").skip(1).map(str::trim_start);
+        let declared = behind.filter_map(|text| text.strip_prefix("mod ")?.split_once(';'));
+        declared
+            .filter(|(name, _)| name.chars().all(is_word))
+            .map(|(name, _)| format!("{folder}/{name}.rs"))
+            .collect()
+    }
+
+    /// The same without what stands behind `#[cfg(test)]`.
     pub fn without_tests(&self) -> Source {
-        let is_test_file = self.name.ends_with("/tests.rs");
-        let mut text = if is_test_file { String::new() } else { self.text.clone() };
+        let mut text = self.text.clone();
         while let Some(start) = text.find("#[cfg(test)]") {
             let end = item_end(&text, start);
             let blanked: String = text[start..end].chars().map(blank_char).collect();

@@ -1,0 +1,114 @@
+//! Same scene, seed and settings: the same bytes, whatever the threads.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a panic is how a test fails")]
+
+mod common;
+
+use std::fs;
+use std::path::Path;
+
+use assert_cmd::Command;
+use common::data;
+
+const SCENE: &str = r#"
+[film]
+width = 48
+height = 40
+[camera]
+position = [0, 60, 180]
+look_at = [0, 60, 0]
+fov = 52
+[material.white]
+diffuse = { albedo = [0.7, 0.7, 0.7] }
+[material.glass]
+dielectric = { ior = 1.5 }
+[material.lamp]
+diffuse = { albedo = [0, 0, 0] }
+emission = [50, 50, 40]
+[[point_light]]
+position = [0, 100, 0]
+intensity = [3000, 3000, 3000]
+[[sphere]]
+center = [0, 30, 0]
+radius = 20
+material = "glass"
+[[quad]]
+corners = [[-100, 0, -100], [-100, 0, 100], [100, 0, 100], [100, 0, -100]]
+material = "white"
+[[quad]]
+corners = [[-100, 0, -60], [100, 0, -60], [100, 120, -60], [-100, 120, -60]]
+material = "white"
+[[quad]]
+corners = [[-10, 110, -10], [10, 110, -10], [10, 110, 10], [-10, 110, 10]]
+material = "lamp"
+"#;
+
+fn run(arguments: &[&str]) {
+    Command::cargo_bin("caustica").unwrap().args(arguments).assert().success();
+}
+
+/// The EXR of three passes of photon mapping.
+fn rendered(folder: &Path, scene: &str, threads: &str, run_number: u32) -> Vec<u8> {
+    let output = folder.join(format!("{threads}_{run_number}.exr"));
+    let output = output.to_str().unwrap();
+    #[rustfmt::skip]
+    run(&[
+        "render", scene, "-o", output, "--threads", threads, "--passes", "3", "--photons", "20000", "--reproducible",
+    ]);
+    fs::read(output).unwrap()
+}
+
+fn assert_same_bytes(folder: &Path, scene: &str) {
+    let first = rendered(folder, scene, "1", 0);
+    for (threads, run_number) in [("1", 1), ("2", 0), ("7", 0)] {
+        let other = rendered(folder, scene, threads, run_number);
+        assert!(first == other, "{scene}: {threads} threads give another picture");
+    }
+}
+
+/// Area lights, point lights, glass, photons.
+#[test]
+fn photon_mapping_does_not_depend_on_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.toml");
+    fs::write(&scene, SCENE).unwrap();
+    assert_same_bytes(folder.path(), scene.to_str().unwrap());
+}
+
+/// At the size at which trees are built and walked in parallel.
+#[test]
+fn photon_mapping_of_the_water_scene_does_not_depend_on_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    assert_same_bytes(folder.path(), data("course_water.toml").to_str().unwrap());
+}
+
+#[test]
+fn path_tracing_does_not_depend_on_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.toml");
+    fs::write(&scene, SCENE).unwrap();
+    let [one, seven] = ["1", "7"].map(|threads| {
+        let output = folder.path().join(format!("{threads}.exr"));
+        #[rustfmt::skip]
+        run(&[
+            "reference", scene.to_str().unwrap(), "--spp", "8", "--threads", threads,
+            "-o", output.to_str().unwrap(), "--reproducible",
+        ]);
+        let error = folder.path().join(format!("{threads}_stderr.exr"));
+        (fs::read(output).unwrap(), fs::read(error).unwrap())
+    });
+    assert!(one == seven);
+}
+
+/// Without `--reproducible` only the header's seconds differ: the pixels are the same.
+#[test]
+fn seconds_in_the_header_are_the_only_difference() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.toml");
+    fs::write(&scene, SCENE).unwrap();
+    let [a, b] = ["a.exr", "b.exr"].map(|name| {
+        let output = folder.path().join(name);
+        run(&["render", scene.to_str().unwrap(), "-o", output.to_str().unwrap(), "--passes", "1"]);
+        caustica::output::read_exr(&output).unwrap()
+    });
+    assert_eq!(a, b);
+}
