@@ -137,6 +137,22 @@ fn photon_mapping_of_mirror_glass_and_area_light() {
     assert_blocks_agree(&scene, photons(&scene, 2.0), &reference);
 }
 
+/// One long render with the scene's own settings: only the reference's standard errors are allowed for.
+#[test]
+#[ignore = "takes minutes; the tests above allow for their own noise instead"]
+fn long_renders() {
+    for (name, picture) in [("cornell_a", "cornell_a_ref"), ("cornell_b", "cornell_b_ptracer_ref")] {
+        let Some(reference) = Reference::load(picture) else { return };
+        let scene = scene(&format!("{name}.toml"));
+        let image = photon_mapped(&scene, settings(&scene), scene.render().passes);
+        let mask = away_from_edges(&scene);
+        let criterion = BlockCriterion { mask: Some(&mask), ..BlockCriterion::new(0.005, 3.0) };
+        let report = BlockReport::between(Estimate::exact(&image), reference.estimate(), &criterion).unwrap();
+        eprintln!("{name}: {report:?}");
+        assert!(report.share_within() > 0.97, "{report:?}");
+    }
+}
+
 /// Pixel by pixel: both standard errors must explain the difference.
 #[test]
 fn path_tracing_of_the_diffuse_box() {

@@ -105,10 +105,10 @@ fn the_cornell_scenes_hold_their_numbers() {
         (a.meshes.len(), a.spheres.len(), a.point_lights[0].intensity),
         (15, 0, Rgb::splat(150_000.0))
     );
-    assert_eq!((a.render.radius, a.warnings.len()), (None, 0));
+    assert_eq!((a.render.radius, a.warnings.len()), (Some(2.0), 0));
     let b = ours("cornell_b.toml");
     assert_eq!((b.meshes.len(), b.spheres.len(), b.point_lights.len()), (6, 2, 0));
-    assert_eq!((b.render.radius, b.warnings.len()), (Some(10.0), 0));
+    assert_eq!((b.render.radius, b.warnings.len()), (Some(1.0), 0));
     let middle = Vec3::new(275.0, 500.0, 100.0);
     assert!((0..5).all(|i| faces(&a, i, middle) && faces(&b, i, middle)));
     for (block, center) in [(5..10, Vec3::new(185.0, 80.0, 170.0)), (10..15, Vec3::new(368.0, 160.0, 351.0))]

@@ -16,3 +16,26 @@ pub fn automatic_radius(hit_points: &[HitPoint]) -> f64 {
     let (_, median, _) = footprints.select_nth_unstable_by(middle, f32::total_cmp);
     PIXELS * f64::from(*median)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::{Rgb, Vec3};
+    use crate::scene::Receiver;
+
+    fn at_footprint(footprint: f32) -> HitPoint {
+        let receiver = Receiver { p: Vec3::ZERO, p_error: 0.0, ng: Vec3::Y, ns: Vec3::Y };
+        HitPoint { receiver, weight: Rgb::ONE, pixel: 0, material: 0, footprint }
+    }
+
+    #[test]
+    fn radius_is_two_median_pixels_wide() {
+        let hit_points: Vec<HitPoint> = [9.0, 0.1, 0.25, 0.3, 0.2].map(at_footprint).to_vec();
+        assert_eq!(automatic_radius(&hit_points), 0.5);
+    }
+
+    #[test]
+    fn nothing_seen_needs_no_radius_but_gets_a_valid_one() {
+        assert_eq!(automatic_radius(&[]), 1.0);
+    }
+}
