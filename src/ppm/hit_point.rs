@@ -58,15 +58,16 @@ impl GatherState {
         self.radius2.sqrt()
     }
 
-    /// Adds a photon that was found within the radius, if the hit point accepts it.
+    /// Adds the flux (W) of a photon that was found within the radius; `None` is one that belongs to another side.
     ///
     /// One decision drives the count and the flux: a photon that brings nothing must not shrink the radius.
-    pub fn add(&mut self, accepted: bool, power: Rgb) {
-        if accepted {
-            self.pass.accepted += 1;
-            self.pass.flux += power.as_dvec3();
-        } else {
-            self.pass.rejected += 1;
+    pub fn add(&mut self, received: Option<Rgb>) {
+        match received {
+            Some(flux) => {
+                self.pass.accepted += 1;
+                self.pass.flux += flux.as_dvec3();
+            }
+            None => self.pass.rejected += 1,
         }
     }
 
@@ -107,8 +108,8 @@ mod tests {
         let mut state = GatherState::new(0.5);
         let mut radii = Vec::new();
         for _ in 0..1000 {
-            state.add(true, Rgb::ONE);
-            state.add(true, Rgb::ONE);
+            state.add(Some(Rgb::ONE));
+            state.add(Some(Rgb::ONE));
             state.after_pass(0.7);
             radii.push(state.radius());
         }
@@ -121,12 +122,12 @@ mod tests {
     #[test]
     fn pass_without_an_accepted_photon_changes_nothing() {
         let mut state = GatherState::new(2.0);
-        state.add(true, Rgb::ONE);
+        state.add(Some(Rgb::ONE));
         state.after_pass(0.7);
         let before = state;
         state.after_pass(0.7);
         assert_eq!(state, before);
-        state.add(false, Rgb::splat(1e9));
+        state.add(None);
         state.after_pass(0.7);
         assert_eq!(state, before);
     }
@@ -139,7 +140,7 @@ mod tests {
             for pass in 0..200u64 {
                 let expected = 50.0 * state.radius2;
                 for _ in 0..expected.round() as u64 {
-                    state.add(true, Rgb::splat((expected / expected.round()) as f32));
+                    state.add(Some(Rgb::splat((expected / expected.round()) as f32)));
                 }
                 state.after_pass(alpha);
                 let density = state.irradiance(pass + 1).x * PI;
@@ -158,7 +159,7 @@ mod tests {
         let mut state = GatherState::new(0.5);
         let mut log_product = 0.0;
         for pass in 0..100_000 {
-            (0..5).for_each(|_| state.add(true, Rgb::ONE));
+            (0..5).for_each(|_| state.add(Some(Rgb::ONE)));
             state.after_pass(alpha);
             let before = f64::from(pass) * alpha * m;
             log_product += ((before + alpha * m) / (before + m)).ln();
@@ -170,7 +171,7 @@ mod tests {
     fn counts_beyond_32_bits_go_on_right() {
         let mut state = GatherState { photons: f64::from(u32::MAX) - 10.0, ..GatherState::new(1.0) };
         for _ in 0..100 {
-            state.add(true, Rgb::ONE);
+            state.add(Some(Rgb::ONE));
         }
         state.after_pass(0.7);
         assert_eq!(state.photons, f64::from(u32::MAX) - 10.0 + 70.0);
@@ -183,7 +184,7 @@ mod tests {
             let mut state = GatherState::new(1.0);
             for m in counts {
                 let before = state.radius2;
-                (0..m).for_each(|_| state.add(true, Rgb::splat(0.3)));
+                (0..m).for_each(|_| state.add(Some(Rgb::splat(0.3))));
                 state.after_pass(alpha);
                 prop_assert!(state.radius2 <= before && state.radius2 > 0.0 && state.flux.is_finite());
             }

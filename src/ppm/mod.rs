@@ -23,7 +23,7 @@ mod statistics;
 
 pub use camera_pass::EyePass;
 pub use direct::DirectPass;
-pub use gather::accepts;
+pub use gather::received;
 pub use hit_point::{GatherState, HitPoint, PassSum};
 pub use ledger::Ledger;
 pub use photon_pass::{Photon, PhotonBatch};

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::{Ledger, Settings};
 use crate::bsdf::{Choice, Event, Scattering, Transport, sample_diffuse};
-use crate::math::{Ray, Rgb, Rng, Stream, Vec3};
+use crate::math::{Frame, Ray, Rgb, Rng, Stream, Vec3};
 use crate::scene::{Scene, SurfaceHit};
 
 /// A photon stored on a diffuse surface.
@@ -124,8 +124,7 @@ impl PhotonBatch {
         }
         self.ledger.deposited += 1;
         self.positions.push(hit.p);
-        let power = path.power * hit.shading_correction(hit.wo);
-        self.photons.push(Photon { wi: hit.wo, ng: hit.receiver().ng, power });
+        self.photons.push(Photon { wi: hit.wo, ng: hit.receiver().ng, power: path.power });
     }
 }
 
@@ -138,17 +137,14 @@ fn step(
     rng: &mut Rng,
 ) -> Step {
     let Some(choice) = scattering.choose(rng.next_f32()) else { return Step::Absorbed };
-    let (event, wi, factor) = match choice {
-        Choice::Specular { event, wi, factor } => (event, wi, factor),
+    let (event, dir, factor) = match choice {
+        Choice::Specular { event, wi, factor } => (event, hit.frame.to_world(wi), factor),
         Choice::Diffuse { factor } => {
-            let (wi, cosine_factor) = sample_diffuse(settings.sampling, hit.wo_local(), rng);
-            (Event::Diffuse, wi, factor * cosine_factor)
+            let (wi, cosine_factor) = sample_diffuse(settings.sampling, Vec3::Z, rng);
+            (Event::Diffuse, Frame::around(hit.receiver().ng).to_world(wi), factor * cosine_factor)
         }
     };
-    let Some(ray) = hit.continue_along(event, wi) else { return Step::Absorbed };
-    let correction = match event {
-        Event::Diffuse => hit.shading_correction(hit.wo) / hit.shading_correction(ray.dir),
-        Event::Reflection | Event::Transmission => 1.0,
-    };
-    Step::Bounced(PhotonPath { ray, power: path.power * factor * correction, direct: false })
+    let Some(ray) = hit.continue_along(event, dir) else { return Step::Absorbed };
+    let power = path.power * factor * hit.adjoint_correction(event, dir);
+    Step::Bounced(PhotonPath { ray, power, direct: false })
 }

@@ -84,6 +84,15 @@ pub struct Receiver {
     pub ns: Vec3,
 }
 
+impl Receiver {
+    /// What the surface makes of flux that arrives from `wi`: `ns·wi / ng·wi`, since flux counts by the true surface
+    /// and irradiance by the shading normal. `None` where it does not see `wi`.
+    pub fn response(&self, wi: Vec3) -> Option<f32> {
+        let response = foreshortening(self.ns, self.ng, wi);
+        (self.ng.dot(wi) > 0.0 && response > 0.0).then_some(response)
+    }
+}
+
 /// The first surface along a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfaceHit {
@@ -95,8 +104,10 @@ pub struct SurfaceHit {
     pub t: f32,
     /// Geometric normal, unit, outward: by the winding of a triangle, away from a sphere's centre.
     pub ng: Vec3,
-    /// The shading frame around the shading normal, which lies on the side of `ng`.
+    /// The frame around the shading normal that is seen along `wo`; it lies on the side of `ng`.
     pub frame: Frame,
+    /// The shading normal as the mesh has it.
+    ns: Vec3,
     /// Back along the ray, unit.
     pub wo: Vec3,
     /// Number of the material.
@@ -104,14 +115,10 @@ pub struct SurfaceHit {
 }
 
 impl SurfaceHit {
-    /// Where the shading normal would see `wo` from the other side than the geometric one, the latter stands in:
-    /// no light leaks through and no cosine turns negative.
     pub(super) fn new(ray: &Ray, t: f32, surface: Geometry) -> SurfaceHit {
         let Geometry { p, p_error, ng, ns, material } = surface;
         let wo = -ray.dir.normalize();
-        let consistent = ns.dot(wo) * ng.dot(wo) > 0.0;
-        let frame = Frame::around(if consistent { ns } else { ng });
-        SurfaceHit { p, p_error, t, ng, frame, wo, material }
+        SurfaceHit { p, p_error, t, ng, frame: Frame::around(seen_normal(ns, ng, wo)), ns, wo, material }
     }
 
     /// `wo` in the shading frame.
@@ -130,23 +137,44 @@ impl SurfaceHit {
         Receiver { p: self.p, p_error: self.p_error, ng: side * self.ng, ns: side * self.frame.normal }
     }
 
-    /// The ray that goes on in the local direction `wi` after `event`.
+    /// The ray that goes on in the world direction `dir` after `event`.
     ///
     /// `None` where the shading normal bends it to the wrong side of the true surface: such light is absorbed.
-    pub fn continue_along(&self, event: Event, wi: Vec3) -> Option<Ray> {
-        let dir = self.frame.to_world(wi);
+    pub fn continue_along(&self, event: Event, dir: Vec3) -> Option<Ray> {
         let crosses = (self.ng.dot(dir) > 0.0) != self.is_front();
         (crosses == (event == Event::Transmission))
             .then(|| Ray::new(offset_origin(self.p, self.p_error, self.ng, dir), dir))
     }
 
-    /// `|w · ns| / |w · ng|` for the world direction `w`: from the light that the true surface receives to the
-    /// light that the shading normal promises. 1 where both normals agree.
+    /// The factor on the power of a photon that came along `wo` and goes on along `dir`, so that it carries as much
+    /// as a path from the camera would the other way; 1 where shading and geometric normal agree.
+    ///
+    /// After a mirror or an interface `|ns·wo| |ng·dir| / (|ng·wo| |ns·dir|)`. After a diffuse bounce, whose
+    /// direction is to be drawn around `ng`, `ns·wo / ng·wo` with the normal that is seen from `dir`, and 0 where
+    /// that one faces away from `wo`.
     ///
     /// # Source
     /// Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, section 5.3.
-    pub fn shading_correction(&self, w: Vec3) -> f32 {
-        let geometric = self.ng.dot(w).abs();
-        if geometric > 0.0 { self.frame.normal.dot(w).abs() / geometric } else { 0.0 }
+    pub fn adjoint_correction(&self, event: Event, dir: Vec3) -> f32 {
+        match event {
+            Event::Diffuse => foreshortening(seen_normal(self.ns, self.ng, dir), self.ng, self.wo),
+            Event::Reflection | Event::Transmission => {
+                let ns = self.frame.normal;
+                foreshortening(ns, self.ng, self.wo) / foreshortening(ns, self.ng, dir)
+            }
+        }
     }
+}
+
+/// The shading normal, unless it sees `w` from the other side than the geometric one: then the latter stands in,
+/// so that no cosine turns negative and no light leaks through.
+fn seen_normal(ns: Vec3, ng: Vec3, w: Vec3) -> Vec3 {
+    if ns.dot(w) * ng.dot(w) > 0.0 { ns } else { ng }
+}
+
+/// `ns·w / ng·w`: how much more light from `w` the shading normal promises than the true surface receives.
+/// 0 where both see `w` from different sides, or edge on.
+fn foreshortening(ns: Vec3, ng: Vec3, w: Vec3) -> f32 {
+    let ratio = ns.dot(w) / ng.dot(w);
+    if ratio.is_finite() { ratio.max(0.0) } else { 0.0 }
 }
