@@ -76,12 +76,18 @@ impl<'s> Render<'s> {
             tree_seconds,
             direct_seconds: watch.lap(),
         };
-        let emitted_light = eye.emitted;
-        let (emitted_photons, passes) = (0, 0);
-        #[rustfmt::skip]
-        return Render {
-            scene, settings, hit_points, states, tree, direct, emitted_light, emitted_photons, passes, setup,
-        };
+        Render {
+            scene,
+            settings,
+            hit_points,
+            states,
+            tree,
+            direct,
+            emitted_light: eye.emitted,
+            emitted_photons: 0,
+            passes: 0,
+            setup,
+        }
     }
 
     /// One photon pass: trace, gather, shrink the radii, refit the tree.
