@@ -1,17 +1,27 @@
-//! Bounding volume hierarchies by the surface area heuristic: a builder over boxes, and the tree of spheres that
-//! answers which spheres contain a point.
+//! Bounding volume hierarchies by the surface area heuristic: a builder over boxes; the tree of spheres that answers
+//! which spheres contain a point; and the tree of triangles and spheres that answers what a ray hits.
 
 mod build;
 mod gather;
 mod items;
+mod prepared_ray;
+mod primitive;
+mod ray_bvh;
+mod ray_bvh_error;
 mod sphere;
+mod sphere_block;
 mod sphere_bvh;
 mod split;
 #[cfg(test)]
 mod test_sets;
 mod tree;
+mod triangle_block;
+mod walk;
+mod wide;
 
 pub use build::build;
+pub use ray_bvh::{RayBvh, RayBvhBuilder, RayHit};
+pub use ray_bvh_error::RayBvhError;
 pub use sphere::Sphere;
 pub use sphere_bvh::SphereBvh;
 pub use tree::{Node, Tree};

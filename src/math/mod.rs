@@ -9,7 +9,7 @@ pub mod warp;
 
 pub use aabb::Aabb;
 pub use frame::Frame;
-pub use glam::{DVec3, Vec2, Vec3};
+pub use glam::{DVec3, Vec2, Vec3, Vec4};
 pub use offset::{RELATIVE_POSITION_ERROR, offset_origin};
 pub use ray::Ray;
 pub use rng::{Rng, Stream};
