@@ -6,6 +6,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::bsdf::DiffuseSampling;
 use crate::compare::Bound;
+use crate::scene;
 
 /// Progressive photon mapping on Embree 4: caustics from small lights, in mirrors, through glass, under water.
 #[derive(Debug, Parser)]
@@ -75,6 +76,9 @@ pub struct RenderArgs {
     /// How photons bounce off diffuse surfaces
     #[arg(long, value_enum, default_value_t = Sampling::Cosine)]
     pub sampling: Sampling,
+    /// Who answers what rays hit
+    #[arg(long, value_enum, default_value_t = Traversal::Embree)]
+    pub traversal: Traversal,
     /// Key of all random numbers
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
@@ -115,6 +119,9 @@ pub struct ReferenceArgs {
     /// The picture [default: out/SCENE_reference.exr]
     #[arg(short, long, value_name = "FILE.exr")]
     pub output: Option<PathBuf>,
+    /// Who answers what rays hit
+    #[arg(long, value_enum, default_value_t = Traversal::Embree)]
+    pub traversal: Traversal,
     /// Key of all random numbers
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
@@ -162,6 +169,9 @@ pub struct CompareArgs {
 pub struct InfoArgs {
     /// The scene (TOML)
     pub scene: PathBuf,
+    /// Who answers what rays hit
+    #[arg(long, value_enum, default_value_t = Traversal::Embree)]
+    pub traversal: Traversal,
     /// Print JSON
     #[arg(long)]
     pub json: bool,
@@ -190,6 +200,23 @@ impl From<Sampling> for DiffuseSampling {
         match sampling {
             Sampling::Cosine => DiffuseSampling::Cosine,
             Sampling::Uniform => DiffuseSampling::Uniform,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum Traversal {
+    /// Embree 4
+    Embree,
+    /// The program's own tree of triangles and spheres
+    Custom,
+}
+
+impl From<Traversal> for scene::Traversal {
+    fn from(traversal: Traversal) -> scene::Traversal {
+        match traversal {
+            Traversal::Embree => scene::Traversal::Embree,
+            Traversal::Custom => scene::Traversal::Custom,
         }
     }
 }

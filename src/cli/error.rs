@@ -6,7 +6,7 @@ use thiserror::Error;
 use crate::compare::CompareError;
 use crate::embree::EmbreeError;
 use crate::output::OutputError;
-use crate::scene::SceneError;
+use crate::scene::{SceneError, TraversalError};
 
 /// How a command ended without an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,6 +34,8 @@ pub enum CliError {
     #[error(transparent)]
     Embree(#[from] EmbreeError),
     #[error(transparent)]
+    Traversal(#[from] TraversalError),
+    #[error(transparent)]
     Compare(#[from] CompareError),
     /// Found before any work was done.
     #[error("{0}")]
@@ -56,6 +58,7 @@ impl CliError {
         ExitCode::from(match self {
             CliError::Scene(_)
             | CliError::Embree(_)
+            | CliError::Traversal(_)
             | CliError::Compare(_)
             | CliError::BadOutput(_)
             | CliError::NotExrName { .. }

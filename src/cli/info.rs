@@ -15,10 +15,11 @@ pub fn run(args: &InfoArgs) -> Result<Outcome, CliError> {
     let desc = load(&args.scene)?;
     let contents = Contents::of(&desc)?;
     let settings = Settings::of_scene(&desc.render);
-    let scene = Scene::new(desc)?;
+    let scene = Scene::with_traversal(desc, args.traversal.into())?;
     let render = Render::new(&scene, settings);
     let info = Info {
         contents,
+        traversal: scene.traversal().to_string(),
         lights: scene.lights().len(),
         flux_watts: scene.lights().flux().to_array(),
         extent: scene.bounds().extent().to_array(),
@@ -41,6 +42,7 @@ pub fn run(args: &InfoArgs) -> Result<Outcome, CliError> {
 struct Info {
     #[serde(flatten)]
     contents: Contents,
+    traversal: String,
     lights: usize,
     flux_watts: [f32; 3],
     extent: [f32; 3],
@@ -128,6 +130,7 @@ impl fmt::Display for Info {
         )?;
         writeln!(f, "passes       {} of {} photons, alpha {}", c.passes, c.photons, c.alpha)?;
         writeln!(f, "geometry     {} triangles in {} meshes, {} spheres", c.triangles, c.meshes, c.spheres)?;
+        writeln!(f, "traversal    {}", self.traversal)?;
         writeln!(f, "extent       {:?}", self.extent)?;
         writeln!(f, "lights       {} with power, flux {:?} W", self.lights, self.flux_watts)?;
         for material in &c.materials {

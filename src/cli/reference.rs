@@ -6,7 +6,7 @@ use super::progress::{Budget, Progress};
 use super::{load, use_threads};
 use crate::output::{Display, Metadata, Value};
 use crate::reference::PathTracer;
-use crate::scene::Scene;
+use crate::scene::{Scene, Traversal};
 
 /// Renders a scene by path tracing, with the standard error of every pixel beside it.
 pub fn run(args: &ReferenceArgs) -> Result<Outcome, CliError> {
@@ -15,7 +15,7 @@ pub fn run(args: &ReferenceArgs) -> Result<Outcome, CliError> {
     let output = args.output.clone().unwrap_or_else(|| default_output(&desc.name, "_reference"));
     let picture = PicturePath::new(&output)?;
     let error = picture.with_suffix("_stderr")?;
-    let scene = Scene::new(desc)?;
+    let scene = Scene::with_traversal(desc, args.traversal.into())?;
     let interrupt = Interrupt::listen();
     let progress = Progress::start("sample", Budget { steps: Some(args.spp), seconds: args.time });
     let mut tracer = PathTracer::new(&scene, args.seed);
@@ -44,6 +44,7 @@ fn metadata(args: &ReferenceArgs, tracer: &PathTracer, seconds: f64) -> Metadata
         .with("caustica:method", Value::Text("path tracing".into()))
         .with("caustica:scene", Value::Text(args.scene.display().to_string()))
         .with("caustica:spp", Value::Integer(tracer.samples().into()))
+        .with("caustica:traversal", Value::Text(Traversal::from(args.traversal).to_string()))
         .with("caustica:seed", Value::Text(args.seed.to_string()));
     if args.reproducible { metadata } else { metadata.with("caustica:seconds", Value::Double(seconds)) }
 }

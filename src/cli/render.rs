@@ -11,7 +11,7 @@ use super::progress::{Budget, Progress};
 use super::{load, memory, use_threads};
 use crate::output::{Display, Metadata, Value};
 use crate::ppm::{PassStatistics, Render, Settings, SetupStatistics};
-use crate::scene::{Scene, SceneDesc};
+use crate::scene::{Scene, SceneDesc, Traversal};
 
 /// Renders a scene by photon mapping: passes until the budget is spent, then the picture.
 pub fn run(args: &RenderArgs) -> Result<Outcome, CliError> {
@@ -20,7 +20,7 @@ pub fn run(args: &RenderArgs) -> Result<Outcome, CliError> {
     let settings = settings(args, &desc);
     let mut outputs = Outputs::check(args, &desc, threads)?;
     let budget = budget(args, &desc);
-    let scene = Scene::new(desc)?;
+    let scene = Scene::with_traversal(desc, args.traversal.into())?;
     let interrupt = Interrupt::listen();
     let progress = Progress::start("pass", budget);
     let mut render = Render::new(&scene, settings);
@@ -66,6 +66,7 @@ struct Outputs {
     every_pass: Option<PathBuf>,
     json: Option<JsonLines>,
     display: Display,
+    traversal: Traversal,
     reproducible: bool,
 }
 
@@ -95,6 +96,7 @@ impl Outputs {
             every_pass: args.every_pass.clone(),
             json: args.json.as_deref().map(JsonLines::create).transpose()?,
             display: Display::from(&args.display),
+            traversal: args.traversal.into(),
             reproducible: args.reproducible,
         })
     }
@@ -144,6 +146,7 @@ impl Outputs {
             .with("caustica:samples", Value::Integer(settings.samples.into()))
             .with("caustica:depth", Value::Integer(settings.depth.into()))
             .with("caustica:sampling", Value::Text(format!("{:?}", settings.sampling).to_lowercase()))
+            .with("caustica:traversal", Value::Text(self.traversal.to_string()))
             .with("caustica:seed", Value::Text(settings.seed.to_string()));
         if self.reproducible { metadata } else { metadata.with("caustica:seconds", Value::Double(seconds)) }
     }

@@ -1,30 +1,38 @@
 use super::desc::{Material, SceneDesc, SphereDesc};
 use super::surface::Surface;
-use super::{Mesh, Scene};
+use super::tracer::Tracer;
+use super::{Mesh, Scene, Traversal, TraversalError};
 use crate::camera::Camera;
-use crate::embree::{Device, EmbreeError, SceneBuilder, Sphere};
+use crate::embree::EmbreeError;
 use crate::light::{Light, Lights};
 use crate::math::{Aabb, Rgb};
 
 impl Scene {
-    /// Makes a description traceable.
+    /// Makes a description traceable by Embree.
     ///
     /// # Errors
     /// Whatever the ray tracer refuses: no memory, a library of the wrong version, more than 2³² primitives.
     pub fn new(desc: SceneDesc) -> Result<Scene, EmbreeError> {
-        let device = Device::new()?;
-        let camera = camera(&desc);
-        let lights = lights(&desc);
-        let (materials, render, film) = (desc.materials, desc.render, desc.film);
-        let surfaces = surfaces(desc.meshes, desc.spheres);
-        let mut builder = SceneBuilder::new(&device)?;
-        for surface in &surfaces {
-            add(&mut builder, surface)?;
-        }
-        let bounds = surfaces.iter().map(Surface::bounds).fold(Aabb::EMPTY, Aabb::union);
-        let rays = builder.commit()?;
-        Ok(Scene { rays, surfaces, materials, lights, camera, film, render, bounds })
+        compile(desc, Tracer::embree)
     }
+
+    /// Makes a description traceable by the means of choice.
+    ///
+    /// # Errors
+    /// Whatever those refuse: see [`Scene::new`]; the project's own tree has room for 2³⁰ primitives.
+    pub fn with_traversal(desc: SceneDesc, traversal: Traversal) -> Result<Scene, TraversalError> {
+        compile(desc, |surfaces| Tracer::new(surfaces, traversal))
+    }
+}
+
+fn compile<E>(desc: SceneDesc, trace: impl FnOnce(&[Surface]) -> Result<Tracer, E>) -> Result<Scene, E> {
+    let camera = camera(&desc);
+    let lights = lights(&desc);
+    let (materials, render, film) = (desc.materials, desc.render, desc.film);
+    let surfaces = surfaces(desc.meshes, desc.spheres);
+    let bounds = surfaces.iter().map(Surface::bounds).fold(Aabb::EMPTY, Aabb::union);
+    let rays = trace(&surfaces)?;
+    Ok(Scene { rays, surfaces, materials, lights, camera, film, render, bounds })
 }
 
 fn camera(desc: &SceneDesc) -> Camera {
@@ -36,18 +44,6 @@ fn camera(desc: &SceneDesc) -> Camera {
 fn surfaces(meshes: Vec<Mesh>, spheres: Vec<SphereDesc>) -> Vec<Surface> {
     let spheres = (!spheres.is_empty()).then_some(Surface::Spheres(spheres));
     meshes.into_iter().map(Surface::Mesh).chain(spheres).collect()
-}
-
-fn add(builder: &mut SceneBuilder, surface: &Surface) -> Result<(), EmbreeError> {
-    match surface {
-        Surface::Mesh(mesh) => builder.add_triangles(&mesh.vertices, &mesh.triangles)?,
-        Surface::Spheres(spheres) => {
-            let spheres: Vec<Sphere> =
-                spheres.iter().map(|s| Sphere { center: s.center, radius: s.radius }).collect();
-            builder.add_spheres(&spheres)?
-        }
-    };
-    Ok(())
 }
 
 fn lights(desc: &SceneDesc) -> Lights {

@@ -13,6 +13,7 @@ mod error;
 mod load;
 mod mesh;
 mod surface;
+mod tracer;
 pub mod water;
 
 pub use desc::{CameraDesc, FilmDesc, Material, PointLightDesc, RenderDesc, SceneDesc, SphereDesc};
@@ -21,19 +22,20 @@ pub use error::SceneError;
 pub use load::load;
 pub use mesh::Mesh;
 pub use surface::{Receiver, SurfaceHit};
+pub use tracer::{Traversal, TraversalError};
 
 use surface::Surface;
+use tracer::Tracer;
 
 use crate::bsdf::{Scattering, Transport};
 use crate::camera::Camera;
-use crate::embree;
 use crate::light::Lights;
 use crate::math::{Aabb, Ray, Rgb};
 
 /// A traceable scene: immutable, so that any number of threads may query it.
 #[derive(Debug)]
 pub struct Scene {
-    rays: embree::Scene,
+    rays: Tracer,
     surfaces: Vec<Surface>,
     materials: Vec<Material>,
     lights: Lights,
@@ -54,6 +56,11 @@ impl Scene {
     /// Whether anything lies on `ray`; shadow rays take water and glass for opaque.
     pub fn occluded(&self, ray: &Ray) -> bool {
         self.rays.occluded(ray)
+    }
+
+    /// Who answers [`Scene::intersect`] and [`Scene::occluded`].
+    pub fn traversal(&self) -> Traversal {
+        self.rays.traversal()
     }
 
     /// All lobes of the surface at `hit` for a path that arrives there.

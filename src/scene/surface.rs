@@ -1,6 +1,6 @@
+use super::tracer::Hit;
 use super::{Mesh, SphereDesc};
 use crate::bsdf::Event;
-use crate::embree;
 use crate::math::{Aabb, Frame, RELATIVE_POSITION_ERROR, Ray, Vec3, offset_origin};
 
 /// The triangles or spheres behind one geometry of the ray tracer.
@@ -22,7 +22,7 @@ pub(super) struct Geometry {
 
 impl Surface {
     /// The surface at a hit of the ray tracer.
-    pub fn at(&self, ray: &Ray, hit: &embree::Hit) -> Geometry {
+    pub fn at(&self, ray: &Ray, hit: &Hit) -> Geometry {
         match self {
             Surface::Mesh(mesh) => on_triangle(mesh, hit),
             Surface::Spheres(spheres) => on_sphere(&spheres[hit.primitive as usize], ray.at(hit.t)),
@@ -40,7 +40,7 @@ impl Surface {
 }
 
 /// The point from its barycentric weights: its error does not grow with the length of the ray.
-fn on_triangle(mesh: &Mesh, hit: &embree::Hit) -> Geometry {
+fn on_triangle(mesh: &Mesh, hit: &Hit) -> Geometry {
     let triangle = mesh.triangles[hit.primitive as usize];
     let weigh = |of: &[Vec3]| {
         let [a, b, c] = triangle.map(|i| of[i as usize]);
@@ -48,7 +48,8 @@ fn on_triangle(mesh: &Mesh, hit: &embree::Hit) -> Geometry {
     };
     let corners = triangle.map(|i| mesh.vertices[i as usize]);
     let largest = corners.iter().fold(0.0, |m: f32, c| m.max(c.abs().max_element()));
-    let ng = hit.ng.normalize();
+    // Turns -0 into 0: which one a ray tracer finds is chance, but a frame around the normal turns on it.
+    let ng = hit.ng.normalize() + Vec3::ZERO;
     let ns = mesh.normals.as_ref().and_then(|normals| weigh(normals).try_normalize());
     Geometry {
         p: weigh(&mesh.vertices),
