@@ -108,27 +108,41 @@ struct Stack<const SIZE: usize> {
 }
 
 impl<const SIZE: usize> Stack<SIZE> {
-    fn new(root: Child) -> Stack<SIZE> {
-        let mut stack = Stack { entries: [Entry(0); SIZE], len: 0 };
-        stack.insert(0, Entry::new(0.0, root));
-        stack
+    fn new() -> Stack<SIZE> {
+        Stack { entries: [Entry(0); SIZE], len: 0 }
     }
 
+    /// The topmost entry whose box begins before `reach`.
     #[inline(always)]
-    fn pop(&mut self) -> Option<Entry> {
-        self.len = self.len.checked_sub(1)?;
-        Some(self.entries[self.len])
+    fn pop(&mut self, reach: f32) -> Option<Entry> {
+        while self.len > 0 {
+            self.len -= 1;
+            let entry = self.entries[self.len];
+            if entry.near() <= reach {
+                return Some(entry);
+            }
+        }
+        None
     }
 
-    /// Pushes the children in `lanes` of `node`.
+    /// Returns the nearest of the children in `lanes` of `node`, and pushes the others.
     #[inline(always)]
-    fn push(&mut self, node: &WideNode, near: &[f32; WIDTH], mut lanes: u32) {
+    fn push(&mut self, node: &WideNode, near: &[f32; WIDTH], mut lanes: u32) -> Option<Entry> {
         let bottom = self.len;
+        let mut nearest = None;
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize % WIDTH;
             lanes &= lanes - 1;
-            self.insert(bottom, Entry::new(near[lane], node.child(lane)));
+            let entry = Entry::new(near[lane], node.child(lane));
+            nearest = Some(match nearest {
+                Some(other) => {
+                    self.insert(bottom, entry.max(other));
+                    entry.min(other)
+                }
+                None => entry,
+            });
         }
+        nearest
     }
 
     /// Pushes an entry below the nearer ones among those from `bottom` on.
@@ -146,17 +160,15 @@ impl<const SIZE: usize> Stack<SIZE> {
 
 /// Walks the tree with a stack of `SIZE` entries, at least [`stack_size`] of its levels.
 pub(super) fn walk<const SIZE: usize, Q: Query>(tree: &WideTree, ray: &PreparedRay, query: &mut Q) {
-    let Some(root) = tree.root else { return };
-    let mut stack = Stack::<SIZE>::new(root);
-    while let Some(entry) = stack.pop() {
-        if entry.near() > query.reach() {
-            continue;
-        }
+    let mut stack = Stack::<SIZE>::new();
+    let mut next = tree.root.map(|root| Entry::new(0.0, root));
+    while let Some(entry) = next {
+        next = None;
         match entry.child().kind() {
             Kind::Node(number) => {
                 let node = &tree.nodes[number];
                 let (near, lanes) = node.enter(&ray.slabs, query.reach());
-                stack.push(node, &near.to_array(), lanes);
+                next = stack.push(node, &near.to_array(), lanes);
             }
             Kind::Triangles(number) => meet_triangles(&tree.triangles[number], ray, query),
             Kind::Spheres(number) => meet_spheres(&tree.spheres[number], ray, query),
@@ -164,6 +176,7 @@ pub(super) fn walk<const SIZE: usize, Q: Query>(tree: &WideTree, ray: &PreparedR
         if query.is_answered() {
             return;
         }
+        next = next.or_else(|| stack.pop(query.reach()));
     }
 }
 
