@@ -10,7 +10,7 @@ use std::io;
 use std::os::unix::fs::symlink;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
-use std::process::exit;
+use std::process::{Command, exit};
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
@@ -39,7 +39,17 @@ fn run() -> Result<()> {
     check_version(&embree)?;
     link(&embree, &out.join("embree"))?;
     generate_bindings(&embree, &out.join("embree4.rs"))?;
+    tell_compiler()?;
     watch(&root, &embree);
+    Ok(())
+}
+
+/// What the measurements say about how the program was built.
+fn tell_compiler() -> Result<()> {
+    let version = Command::new(env::var("RUSTC")?).arg("--version").output()?.stdout;
+    println!("cargo:rustc-env=CAUSTICA_RUSTC={}", String::from_utf8(version)?.trim());
+    let features = env::var("CARGO_CFG_TARGET_FEATURE").unwrap_or_default();
+    println!("cargo:rustc-env=CAUSTICA_TARGET_FEATURES={features}");
     Ok(())
 }
 
@@ -125,7 +135,9 @@ fn generate_bindings(embree: &Embree, file: &Path) -> Result<()> {
         .allowlist_function("rtcGetDevice(Error|Property)|rtcSetDeviceErrorFunction")
         .allowlist_function("rtcSet(NewGeometryBuffer|SceneFlags|SceneBuildQuality)")
         .allowlist_function("rtc(CommitGeometry|AttachGeometry|CommitScene|GetSceneBounds)")
-        .allowlist_function("rtc(Intersect1|Occluded1)")
+        .allowlist_function("rtc(Intersect1|Occluded1|PointQuery)")
+        .allowlist_function("rtcSetGeometry(UserPrimitiveCount|UserData|BoundsFunction)")
+        .allowlist_function("rtcSetDeviceMemoryMonitorFunction")
         .allowlist_type("RTC(RayHit|Ray|Hit|Bounds)")
         .allowlist_var("RTC_VERSION")
         .opaque_type("RTC(Intersect|Occluded)Arguments")

@@ -67,8 +67,7 @@ impl SceneBuilder {
     /// # Errors
     /// If there are no spheres, if a radius is not positive, or if a sphere is not finite or reaches beyond ±1.8e18.
     pub fn add_spheres(&mut self, spheres: &[Sphere]) -> Result<GeometryId, EmbreeError> {
-        check_count("spheres", spheres.len())?;
-        check_spheres(spheres)?;
+        check_sphere_set(spheres)?;
         let points: Vec<[f32; 4]> = spheres.iter().map(|s| s.center.extend(s.radius).to_array()).collect();
         let mut geometry = Geometry::new(&self.device, sys::RTC_GEOMETRY_TYPE_SPHERE_POINT)?;
         geometry.fill(&points)?;
@@ -124,6 +123,12 @@ fn check_indices(vertices: usize, triangles: &[[u32; 3]]) -> Result<(), EmbreeEr
         }
     }
     Ok(())
+}
+
+/// Whether `spheres` can be a geometry of their own.
+pub(super) fn check_sphere_set(spheres: &[Sphere]) -> Result<(), EmbreeError> {
+    check_count("spheres", spheres.len())?;
+    check_spheres(spheres)
 }
 
 fn check_spheres(spheres: &[Sphere]) -> Result<(), EmbreeError> {

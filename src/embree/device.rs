@@ -1,3 +1,4 @@
+use std::ffi::{CStr, CString};
 use std::fmt;
 use std::ptr::{self, NonNull};
 
@@ -49,8 +50,21 @@ impl Device {
     /// If Embree does not support this processor, or if the loaded library has another major version than the
     /// headers of this build or is older than they are.
     pub fn new() -> Result<Device, EmbreeError> {
-        // SAFETY: a null configuration asks for the defaults.
-        let raw = unsafe { sys::rtcNewDevice(ptr::null()) };
+        Device::configured(c"")
+    }
+
+    /// Starts Embree so that it builds with `threads` threads; 0 means as many as there are.
+    ///
+    /// # Errors
+    /// As [`Device::new`].
+    pub fn with_threads(threads: usize) -> Result<Device, EmbreeError> {
+        let text = format!("threads={threads}");
+        Device::configured(&CString::new(text).unwrap_or_default())
+    }
+
+    fn configured(configuration: &CStr) -> Result<Device, EmbreeError> {
+        // SAFETY: the configuration ends with a zero byte; an empty one asks for the defaults.
+        let raw = unsafe { sys::rtcNewDevice(configuration.as_ptr()) };
         let handle = NonNull::new(raw).ok_or_else(start_failure)?;
         // SAFETY: the handle is alive; the callback takes a null user pointer and lives as long as the program.
         unsafe { sys::rtcSetDeviceErrorFunction(raw, Some(record_error), ptr::null_mut()) };

@@ -24,6 +24,7 @@ mod builder;
 mod device;
 mod error;
 mod geometry;
+mod point_query;
 mod scene;
 mod scene_handle;
 mod sys;
@@ -31,6 +32,7 @@ mod sys;
 pub use builder::{SceneBuilder, Sphere};
 pub use device::{Device, Version};
 pub use error::EmbreeError;
+pub use point_query::SphereQuery;
 pub use scene::{Hit, Scene};
 
 /// The number of a geometry in its scene: they count up from 0 in the order of adding.
