@@ -156,6 +156,11 @@ impl<'s> Render<'s> {
         &self.states
     }
 
+    /// The tree over the hit points' spheres.
+    pub fn tree(&self) -> &SphereBvh {
+        &self.tree
+    }
+
     /// Heap memory of hit points, statistics, tree and direct light, in bytes.
     pub fn memory_bytes(&self) -> usize {
         size_of_val(&*self.hit_points)

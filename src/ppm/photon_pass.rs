@@ -39,21 +39,38 @@ const CHUNK: u64 = 1024;
 ///
 /// Path `i` draws from the generator keyed by (seed, pass, i): the result depends on no thread.
 pub fn trace(scene: &Scene, settings: &Settings, pass: u32) -> PhotonBatch {
-    if scene.lights().is_empty() {
-        return PhotonBatch::default();
-    }
-    let chunks: Vec<PhotonBatch> = (0..settings.photons.div_ceil(CHUNK))
-        .into_par_iter()
-        .map(|chunk| {
-            let mut batch = PhotonBatch::default();
-            for index in chunk * CHUNK..((chunk + 1) * CHUNK).min(settings.photons) {
-                let rng = Rng::new(settings.seed, Stream::Photon, pass, index);
-                batch.trace_path(scene, settings, rng);
-            }
-            batch
-        })
-        .collect();
+    let chunks = follow_paths(scene, settings, pass, |batch: &mut PhotonBatch, rng| {
+        batch.trace_path(scene, settings, rng, |_| ());
+    });
     PhotonBatch::concatenate(&chunks)
+}
+
+/// The rays that [`trace`] sends through the scene, in the order of their paths.
+pub fn record_rays(scene: &Scene, settings: &Settings, pass: u32) -> Vec<Ray> {
+    let chunks = follow_paths(scene, settings, pass, |rays: &mut Vec<Ray>, rng| {
+        PhotonBatch::default().trace_path(scene, settings, rng, |ray| rays.push(*ray));
+    });
+    chunks.concat()
+}
+
+/// Hands the generator of each path to `follow`, together with what its chunk of paths collects.
+fn follow_paths<C: Default + Send>(
+    scene: &Scene,
+    settings: &Settings,
+    pass: u32,
+    follow: impl Fn(&mut C, Rng) + Sync,
+) -> Vec<C> {
+    if scene.lights().is_empty() {
+        return Vec::new();
+    }
+    let chunk = |chunk: u64| {
+        let mut collected = C::default();
+        for index in chunk * CHUNK..((chunk + 1) * CHUNK).min(settings.photons) {
+            follow(&mut collected, Rng::new(settings.seed, Stream::Photon, pass, index));
+        }
+        collected
+    };
+    (0..settings.photons.div_ceil(CHUNK)).into_par_iter().map(chunk).collect()
 }
 
 /// A photon on its way.
@@ -86,7 +103,8 @@ impl PhotonBatch {
         all
     }
 
-    fn trace_path(&mut self, scene: &Scene, settings: &Settings, mut rng: Rng) {
+    /// Shows every ray to `see` before it is traced.
+    fn trace_path(&mut self, scene: &Scene, settings: &Settings, mut rng: Rng, mut see: impl FnMut(&Ray)) {
         let Some(emission) = scene.lights().sample_emission(&mut rng) else { return };
         self.ledger.emitted += 1;
         let ray = Ray::new(emission.origin, emission.dir);
@@ -97,6 +115,7 @@ impl PhotonBatch {
                 return;
             }
             self.ledger.rays += 1;
+            see(&path.ray);
             let Some(hit) = scene.intersect(&path.ray) else {
                 self.ledger.escaped += 1;
                 return;
@@ -147,4 +166,23 @@ fn step(
     let Some(ray) = hit.continue_along(event, dir) else { return Step::Absorbed };
     let power = path.power * factor * hit.adjoint_correction(event, dir);
     Step::Bounced(PhotonPath { ray, power, direct: false })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene;
+    use std::path::Path;
+
+    #[test]
+    fn recorded_rays_are_those_of_the_pass() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/cornell_b.toml");
+        let scene = Scene::new(scene::load(&path).unwrap()).unwrap();
+        let settings = Settings { photons: 5000, ..Settings::of_scene(scene.render()) };
+        let (batch, rays) = (trace(&scene, &settings, 3), record_rays(&scene, &settings, 3));
+        assert_eq!(rays.len() as u64, batch.ledger.rays);
+        let escaped = rays.iter().filter(|ray| scene.distance(ray).is_none()).count();
+        assert_eq!(escaped as u64, batch.ledger.escaped);
+        assert_ne!(rays, record_rays(&scene, &settings, 4), "every pass has its own");
+    }
 }

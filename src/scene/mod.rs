@@ -63,6 +63,11 @@ impl Scene {
         self.rays.traversal()
     }
 
+    /// How far the nearest surface along `ray` is, in lengths of its direction: the bare query, without what is there.
+    pub fn distance(&self, ray: &Ray) -> Option<f32> {
+        self.rays.intersect(ray).map(|hit| hit.t)
+    }
+
     /// All lobes of the surface at `hit` for a path that arrives there.
     pub fn scatter(&self, hit: &SurfaceHit, transport: Transport) -> Scattering {
         self.materials[hit.material as usize].bsdf.scatter(hit.wo_local(), transport)
