@@ -37,8 +37,10 @@ check-docs: setup ## Check that links, targets and sub-commands in the documents
 	cargo build --locked
 	scripts/check_docs.py $(TARGET)/debug/caustica
 
-bench: setup ## Measure
-	cargo bench --locked
+bench: build data/surface.obj ## Measure the photon pass and the gathering, in a few minutes
+	mkdir -p out
+	$(CAUSTICA) bench --pass data/course_diffuse.toml --html out/bench_pass.html
+	$(CAUSTICA) bench --gather --points 1e5,1e6 --radii 0.1,0.4,1,5 --repetitions 3 --html out/bench_gather.html
 
 # The system's Embree and that of EMBREE_DIR stay where they are; the private one goes along.
 install: build ## Install into PREFIX (/usr/local)

@@ -29,6 +29,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod bench;
 pub mod bsdf;
 pub mod bvh;
 pub mod camera;
@@ -41,4 +42,5 @@ pub mod math;
 pub mod output;
 pub mod ppm;
 pub mod reference;
+pub mod report;
 pub mod scene;

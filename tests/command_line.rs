@@ -64,7 +64,7 @@ fn assert_refused(sandbox: &Sandbox, arguments: &[&str], words: &[&str]) {
 #[test]
 fn help_shows_examples_and_every_command() {
     let help = text(&caustica(&["--help"]).stdout);
-    for word in ["render", "reference", "compare", "info", "surface", "Examples:", "Exit codes:"] {
+    for word in ["render", "reference", "compare", "info", "surface", "bench", "Examples:", "Exit codes:"] {
         assert!(help.contains(word), "`{word}` is missing");
     }
     assert!(text(&caustica(&["render", "--help"]).stdout).contains("Examples:"));
@@ -262,6 +262,60 @@ fn the_surface_is_written_whole() {
     let obj = fs::read_to_string(output).unwrap();
     let count = |start: &str| obj.lines().filter(|l| l.starts_with(start)).count();
     assert_eq!((count("v "), count("f ")), (81, 128));
+}
+
+#[test]
+fn bench_reports_a_pass_in_all_forms() {
+    let sandbox = Sandbox::new();
+    let scene = sandbox.small_scene();
+    let (csv, html) = (sandbox.name("a.csv"), sandbox.name("a.html"));
+    #[rustfmt::skip]
+    let output = caustica(&[
+        "bench", "--pass", &scene, "--photons", "1e3", "--samples", "1", "--radius", "2", "--repetitions", "2",
+        "--json", "-", "--csv", &csv, "--html", &html,
+    ]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&report["hit_points"], &report["scene"]), (&1024.into(), &scene.as_str().into()));
+    assert!(report["ratio_to_bare"].as_f64().unwrap() > 0.0);
+    let (csv, html) = (fs::read_to_string(csv).unwrap(), fs::read_to_string(html).unwrap());
+    let mut numbers: Vec<&str> = csv.lines().skip(1).map(|line| line.split(',').nth(1).unwrap()).collect();
+    numbers.retain(|number| !number.is_empty());
+    assert!(numbers.len() > 10);
+    for number in numbers {
+        assert!(html.contains(&format!("<td>{number}</td>")), "the page lacks {number}");
+        assert!(text(&output.stderr).contains(number), "the table lacks {number}");
+    }
+    assert!(!html.replace("http://www.w3.org/2000/svg", "").contains("http"));
+}
+
+#[test]
+fn bench_holds_the_rivals_against_each_other() {
+    #[rustfmt::skip]
+    let output = caustica(&[
+        "bench", "--gather", "--points", "2e3", "--overlaps", "5", "--photons", "1e3", "--repetitions", "1",
+        "--threads", "2", "--csv", "-",
+    ]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let csv = text(&output.stdout);
+    let overlaps: Vec<&str> = csv.lines().skip(1).map(|line| line.rsplit(',').nth(9).unwrap()).collect();
+    assert_eq!(overlaps.len(), 5, "{csv}");
+    assert!(overlaps.iter().all(|count| *count == overlaps[0] && count.parse::<u64>().unwrap() > 1000));
+}
+
+#[test]
+fn bench_needs_one_question_with_its_own_options() {
+    let sandbox = Sandbox::new();
+    let scene = sandbox.small_scene();
+    assert_refused(&sandbox, &["bench"], &["--pass", "--gather"]);
+    assert_refused(&sandbox, &["bench", "--gather", "--pass", &scene], &["--gather"]);
+    assert_refused(&sandbox, &["bench", "--gather", "--radius", "1"], &["--radius"]);
+    assert_refused(&sandbox, &["bench", "--pass", &scene, "--points", "10"], &["--points"]);
+    assert_refused(&sandbox, &["bench", "--gather", "--radii", "0"], &["--radii"]);
+    assert_refused(&sandbox, &["bench", "--gather", "--points", "1e9"], &["--points"]);
+    assert_refused(&sandbox, &["bench", "--pass", &sandbox.name("none.toml")], &["none.toml"]);
+    let folder = sandbox.name("");
+    assert_refused(&sandbox, &["bench", "--pass", &scene, "--html", &folder], &["folder"]);
 }
 
 /// A black picture, a warning, and exit code 0.

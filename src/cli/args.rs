@@ -2,7 +2,7 @@ use std::ops::RangeBounds;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 
 use crate::bsdf::DiffuseSampling;
 use crate::compare::Bound;
@@ -39,6 +39,8 @@ pub enum Command {
     Info(InfoArgs),
     /// Write the water surface of the course's scene as OBJ
     Surface(SurfaceArgs),
+    /// Measure the photon pass against bare ray tracing, or the sphere tree against its rivals
+    Bench(BenchArgs),
 }
 
 #[derive(Args, Debug)]
@@ -187,6 +189,59 @@ pub struct SurfaceArgs {
     pub cells: u32,
 }
 
+#[derive(Args, Debug)]
+#[command(group(ArgGroup::new("question").required(true).args(["pass", "gather"])), after_help = "\
+Examples:
+  caustica bench --pass data/course_diffuse.toml --json -
+  caustica bench --pass data/cornell_b.toml --radius 10 --samples 1 --photons 1e5 --html out/pass.html
+  caustica bench --gather --points 1e5,1e6 --radii 0.1,1,5 --csv out/gather.csv --html out/gather.html
+
+Times depend on what else the machine does: look at the smallest and largest beside the medians.")]
+pub struct BenchArgs {
+    /// Measure the photon pass of this scene (TOML) against tracing its rays and nothing else
+    #[arg(long, value_name = "SCENE")]
+    pub pass: Option<PathBuf>,
+    /// Measure the sphere tree against Embree's point query and a hash grid, on the walls of a box
+    #[arg(long)]
+    pub gather: bool,
+    /// Gather radius of the pass in scene units [default: the scene's, or two pixels wide]
+    #[arg(long, conflicts_with = "gather", allow_negative_numbers = true, value_name = "R", value_parser = |s: &str| number(s, 1e-30..=1e30))]
+    pub radius: Option<f64>,
+    /// Eye samples a pixel of the pass, 1 to 4096 [default: the scene's]
+    #[arg(long, conflicts_with = "gather", allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub samples: Option<u32>,
+    /// Trace the eye paths and build the tree anew in every pass
+    #[arg(long, conflicts_with = "gather")]
+    pub retrace: bool,
+    /// Numbers of spheres to gather among [default: 1e4,1e5,1e6,4e6]
+    #[arg(long, conflicts_with = "pass", value_name = "N,..", value_delimiter = ',', value_parser = points)]
+    pub points: Vec<u64>,
+    /// Their radii in percent of the box's side [default: 0.05,0.1,0.4,1,5]
+    #[arg(long, conflicts_with = "pass", value_name = "PERCENT,..", value_delimiter = ',', value_parser = |s: &str| number(s, 1e-3..=100.0))]
+    pub radii: Vec<f64>,
+    /// Choose the radius for each number of spheres so that a photon lies in about so many
+    #[arg(long, conflicts_with_all = ["radii", "pass"], value_name = "K", value_parser = |s: &str| number(s, 1e-3..=1e6))]
+    pub overlaps: Option<f64>,
+    /// Photons [default: the scene's, or 100000]
+    #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = count)]
+    pub photons: Option<u64>,
+    /// Rounds to measure
+    #[arg(long, value_name = "K", default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub repetitions: u32,
+    /// Threads [default: all]
+    #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = threads)]
+    pub threads: Option<usize>,
+    /// Write everything as JSON; - is standard output
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+    /// Write the table as CSV; - is standard output
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+    /// Write a page with plots and table, for a browser
+    #[arg(long, value_name = "FILE")]
+    pub html: Option<PathBuf>,
+}
+
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum Sampling {
     /// Density cos θ / π: the cosine cancels
@@ -233,6 +288,14 @@ fn count(text: &str) -> Result<u64, String> {
     }
     let value = number(text, 1.0..=1e15)?;
     if value.fract() == 0.0 { Ok(value as u64) } else { Err(format!("`{text}` is not a whole number")) }
+}
+
+/// So many spheres that a 32-bit number still counts the cells of a grid that each of them touches.
+fn points(text: &str) -> Result<u64, String> {
+    match count(text)? {
+        n @ 1..=100_000_000 => Ok(n),
+        n => Err(format!("{n} is more than 100000000")),
+    }
 }
 
 fn threads(text: &str) -> Result<usize, String> {

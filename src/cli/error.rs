@@ -3,6 +3,7 @@ use std::process::ExitCode;
 
 use thiserror::Error;
 
+use crate::bench::BenchError;
 use crate::compare::CompareError;
 use crate::embree::EmbreeError;
 use crate::output::OutputError;
@@ -49,6 +50,8 @@ pub enum CliError {
     Write(#[from] OutputError),
     #[error("cannot write the statistics {path}: {source}", path = path.display())]
     Statistics { path: PathBuf, source: std::io::Error },
+    #[error(transparent)]
+    Bench(#[from] BenchError),
     #[error("cannot start threads: {reason}")]
     Threads { reason: String },
 }
@@ -63,7 +66,10 @@ impl CliError {
             | CliError::BadOutput(_)
             | CliError::NotExrName { .. }
             | CliError::BadImage(_) => 2,
-            CliError::Write(_) | CliError::Statistics { .. } | CliError::Threads { .. } => 1,
+            CliError::Write(_)
+            | CliError::Statistics { .. }
+            | CliError::Bench(_)
+            | CliError::Threads { .. } => 1,
         })
     }
 }

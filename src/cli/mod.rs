@@ -1,6 +1,7 @@
 //! The command line: arguments become library calls, results become text and exit codes. Nothing below knows of it.
 
 mod args;
+mod bench;
 mod compare;
 mod error;
 mod info;
@@ -41,6 +42,7 @@ fn dispatch(command: Command) -> Result<Outcome, CliError> {
         Command::Compare(args) => compare::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Surface(args) => surface::run(&args),
+        Command::Bench(args) => bench::run(&args),
     }
 }
 

@@ -1,0 +1,27 @@
+use thiserror::Error;
+
+use crate::embree::EmbreeError;
+
+/// Why a measurement says nothing.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum BenchError {
+    /// Embree could not be used.
+    #[error(transparent)]
+    Embree(#[from] EmbreeError),
+    /// Structures that should do the same work do not.
+    #[error(
+        "{structure} finds {found} photons in sphere {sphere}, but {reference} finds {expected}: one is wrong"
+    )]
+    Counts {
+        /// The structure that differs.
+        structure: &'static str,
+        /// The structure that it differs from.
+        reference: &'static str,
+        /// The first sphere on which they differ.
+        sphere: usize,
+        /// What the one found there.
+        found: u32,
+        /// What the other found there.
+        expected: u32,
+    },
+}

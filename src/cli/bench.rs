@@ -1,0 +1,109 @@
+use std::io::{self, Write};
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::args::BenchArgs;
+use super::error::{CliError, Outcome};
+use super::{load, use_threads};
+use crate::bench::gather::{self, GatherSettings, Radii};
+use crate::bench::pass::{self, PassSettings};
+use crate::bench::structures::RIVALS;
+use crate::output::{check_writable, write_atomically};
+use crate::ppm::Settings;
+use crate::report::Page;
+use crate::scene::Scene;
+
+/// Measures what was asked for, and reports it in all forms that were asked for.
+pub fn run(args: &BenchArgs) -> Result<Outcome, CliError> {
+    check_outputs(args)?;
+    use_threads(args.threads)?;
+    if cfg!(debug_assertions) {
+        eprintln!("warning: this build checks its arithmetic: measure with one of `cargo build --release`");
+    }
+    match &args.pass {
+        Some(scene) => run_pass(args, scene),
+        None => run_gather(args),
+    }
+}
+
+fn run_pass(args: &BenchArgs, path: &Path) -> Result<Outcome, CliError> {
+    let desc = load(path)?;
+    let of_scene = Settings::of_scene(&desc.render);
+    let scene = Scene::new(desc)?;
+    let render = Settings {
+        radius: args.radius.or(of_scene.radius),
+        samples: args.samples.unwrap_or(of_scene.samples),
+        photons: args.photons.unwrap_or(of_scene.photons),
+        ..of_scene
+    };
+    let settings = PassSettings { render, repetitions: args.repetitions as usize, retrace: args.retrace };
+    let report = pass::measure(&scene, &path.display().to_string(), &settings)?;
+    write(args, &report, &report.page())
+}
+
+fn run_gather(args: &BenchArgs) -> Result<Outcome, CliError> {
+    let settings = gather_settings(args);
+    let report = gather::measure(&settings, &RIVALS, |points, percent| {
+        eprintln!("{points} spheres of radius {percent:.3} %");
+    })?;
+    write(args, &report, &report.page())
+}
+
+fn gather_settings(args: &BenchArgs) -> GatherSettings {
+    let mut points: Vec<usize> = args.points.iter().map(|&n| n as usize).collect();
+    if points.is_empty() {
+        points = vec![10_000, 100_000, 1_000_000, 4_000_000];
+    }
+    let radii = match args.overlaps {
+        Some(overlaps) => Radii::Overlaps(overlaps),
+        None if args.radii.is_empty() => Radii::Percent(vec![0.05, 0.1, 0.4, 1.0, 5.0]),
+        None => Radii::Percent(args.radii.clone()),
+    };
+    let photons = args.photons.unwrap_or(100_000) as usize;
+    GatherSettings { points, radii, photons, repetitions: args.repetitions as usize }
+}
+
+fn is_standard_output(path: &Path) -> bool {
+    path == Path::new("-")
+}
+
+/// Before any work is done.
+fn check_outputs(args: &BenchArgs) -> Result<(), CliError> {
+    let files = [&args.json, &args.csv, &args.html].into_iter().flatten();
+    for file in files.filter(|file| !is_standard_output(file)) {
+        check_writable(file).map_err(CliError::BadOutput)?;
+    }
+    Ok(())
+}
+
+/// The text goes to standard output, unless another form does.
+fn write(args: &BenchArgs, report: &impl Serialize, page: &Page) -> Result<Outcome, CliError> {
+    let forms = [
+        (&args.json, format!("{}\n", serde_json::json!(report))),
+        (&args.csv, page.table.to_csv()),
+        (&args.html, page.to_html()),
+    ];
+    let taken = forms.iter().any(|(path, _)| path.as_deref().is_some_and(is_standard_output));
+    if taken {
+        eprint!("{}", page.to_text())
+    } else {
+        print!("{}", page.to_text())
+    }
+    for (path, text) in forms {
+        if let Some(path) = path {
+            write_form(path, &text)?;
+        }
+    }
+    Ok(Outcome::Done)
+}
+
+fn write_form(path: &Path, text: &str) -> Result<(), CliError> {
+    if is_standard_output(path) {
+        let written = io::stdout().write_all(text.as_bytes());
+        return written.map_err(|source| CliError::Statistics { path: path.into(), source });
+    }
+    write_atomically(path, |out| out.write_all(text.as_bytes()))?;
+    eprintln!("wrote {}", path.display());
+    Ok(())
+}
