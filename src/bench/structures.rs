@@ -49,8 +49,8 @@ pub struct Rival {
 /// The rivals that the program brings along; the first is the one that others are held against.
 pub const RIVALS: [Rival; 5] = [
     Rival { name: "sphere tree", photons: PhotonOrder::Sorted, build: build_tree },
-    Rival { name: "sphere tree, photons as traced", photons: PhotonOrder::AsTraced, build: build_tree },
-    Rival { name: "sphere tree, one by one", photons: PhotonOrder::Sorted, build: build_walked_tree },
+    Rival { name: "sphere tree (photons as traced)", photons: PhotonOrder::AsTraced, build: build_tree },
+    Rival { name: "sphere tree (one by one)", photons: PhotonOrder::Sorted, build: build_walked_tree },
     Rival { name: "Embree point query", photons: PhotonOrder::Sorted, build: build_point_query },
     Rival { name: "hash grid", photons: PhotonOrder::Sorted, build: build_hash_grid },
 ];
