@@ -96,7 +96,7 @@ fn reference_blocks(reference: &Reference) -> (Image, Image) {
     (block_means(&reference.mean, BLOCK), stderr)
 }
 
-const RENDERS: u64 = 24;
+const RENDERS: u64 = 16;
 
 /// Half a percent in every block away from edges, beyond four combined standard errors.
 fn assert_blocks_agree(scene: &Scene, settings: Settings, reference: &Reference) {

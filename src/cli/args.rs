@@ -72,24 +72,12 @@ pub struct RenderArgs {
     /// Eye samples a pixel, 1 to 4096 [default: the scene's]
     #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub samples: Option<u32>,
-    /// Longest chain of mirrors and interfaces that an eye path follows [default: the scene's]
-    #[arg(long, allow_negative_numbers = true, value_name = "N")]
+    /// Longest chain of mirrors and interfaces that an eye path follows, 0 to 1024 [default: the scene's]
+    #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=1024))]
     pub depth: Option<u32>,
     /// How photons bounce off diffuse surfaces
     #[arg(long, value_enum, default_value_t = Sampling::Cosine)]
     pub sampling: Sampling,
-    /// Who answers what rays hit
-    #[arg(long, value_enum, default_value_t = Traversal::Embree)]
-    pub traversal: Traversal,
-    /// Key of all random numbers
-    #[arg(long, value_name = "S", default_value_t = 0)]
-    pub seed: u64,
-    /// Threads; the picture does not depend on them [default: all]
-    #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = threads)]
-    pub threads: Option<usize>,
-    /// Stop after the pass in which so many seconds are over
-    #[arg(long, allow_negative_numbers = true, value_name = "SECONDS", value_parser = |s: &str| number(s, 0.0..=1e9))]
-    pub time: Option<f64>,
     /// Write the picture of each pass into this folder, as EXR and PNG
     #[arg(long, value_name = "DIR")]
     pub every_pass: Option<PathBuf>,
@@ -100,10 +88,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
     #[command(flatten)]
-    pub display: DisplayArgs,
-    /// Leave the measured seconds out of the EXR's header, so that equal pictures are equal files
-    #[arg(long)]
-    pub reproducible: bool,
+    pub run: RunArgs,
 }
 
 #[derive(Args, Debug)]
@@ -121,6 +106,13 @@ pub struct ReferenceArgs {
     /// The picture [default: out/SCENE_reference.exr]
     #[arg(short, long, value_name = "FILE.exr")]
     pub output: Option<PathBuf>,
+    #[command(flatten)]
+    pub run: RunArgs,
+}
+
+/// What every method of rendering takes.
+#[derive(Args, Debug)]
+pub struct RunArgs {
     /// Who answers what rays hit
     #[arg(long, value_enum, default_value_t = Traversal::Embree)]
     pub traversal: Traversal,
@@ -130,7 +122,7 @@ pub struct ReferenceArgs {
     /// Threads; the picture does not depend on them [default: all]
     #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = threads)]
     pub threads: Option<usize>,
-    /// Stop after the sample in which so many seconds are over
+    /// Stop after the pass or sample in which so many seconds are over
     #[arg(long, allow_negative_numbers = true, value_name = "SECONDS", value_parser = |s: &str| number(s, 0.0..=1e9))]
     pub time: Option<f64>,
     #[command(flatten)]

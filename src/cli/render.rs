@@ -15,12 +15,12 @@ use crate::scene::{Scene, SceneDesc, Traversal};
 
 /// Renders a scene by photon mapping: passes until the budget is spent, then the picture.
 pub fn run(args: &RenderArgs) -> Result<Outcome, CliError> {
-    let threads = use_threads(args.threads)?;
+    let threads = use_threads(args.run.threads)?;
     let desc = load(&args.scene)?;
     let settings = settings(args, &desc);
     let mut outputs = Outputs::check(args, &desc, threads)?;
     let budget = budget(args, &desc);
-    let scene = Scene::with_traversal(desc, args.traversal.into())?;
+    let scene = Scene::with_traversal(desc, args.run.traversal.into())?;
     let interrupt = Interrupt::listen();
     let progress = Progress::start("pass", budget);
     let mut render = Render::new(&scene, settings);
@@ -48,13 +48,13 @@ fn settings(args: &RenderArgs, desc: &SceneDesc) -> Settings {
         alpha: args.alpha.unwrap_or(of_scene.alpha),
         radius: args.radius.or(of_scene.radius),
         sampling: args.sampling.into(),
-        seed: args.seed,
+        seed: args.run.seed,
     }
 }
 
 fn budget(args: &RenderArgs, desc: &SceneDesc) -> Budget {
-    let of_scene = args.time.is_none().then_some(desc.render.passes);
-    Budget { steps: args.passes.or(of_scene), seconds: args.time }
+    let of_scene = args.run.time.is_none().then_some(desc.render.passes);
+    Budget { steps: args.passes.or(of_scene), seconds: args.run.time }
 }
 
 /// Everything that the render writes; all paths are checked before it begins.
@@ -95,9 +95,9 @@ impl Outputs {
             direct: args.direct.as_deref().map(PicturePath::new).transpose()?,
             every_pass: args.every_pass.clone(),
             json: args.json.as_deref().map(JsonLines::create).transpose()?,
-            display: Display::from(&args.display),
-            traversal: args.traversal.into(),
-            reproducible: args.reproducible,
+            display: Display::from(&args.run.display),
+            traversal: args.run.traversal.into(),
+            reproducible: args.run.reproducible,
         })
     }
 
