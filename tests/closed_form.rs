@@ -6,7 +6,7 @@ mod common;
 use caustica::bsdf::Transport;
 use caustica::math::{Ray, Rgb, Vec3};
 use caustica::scene::Scene;
-use common::scene;
+use common::{desc, scene};
 
 /// The radiance that the surface at `p` reflects from the point light, seen from `distance` in front of it.
 fn direct_radiance(scene: &Scene, p: Vec3, normal: Vec3) -> Rgb {
@@ -57,4 +57,40 @@ fn water_casts_a_shadow() {
     let scene = scene("course_water.toml");
     let hit = scene.intersect(&Ray::new(Vec3::new(0.0, 0.4, 40.0), Vec3::NEG_Y)).expect("the floor");
     assert_eq!(scene.direct_from_points(&hit.receiver()).irradiance, Rgb::ZERO);
+}
+
+/// The sample is where the shadow ray ends: a light exactly on a wall must not be hidden by that wall.
+#[test]
+fn a_light_on_the_ceiling_is_not_hidden_by_it() {
+    let mut desc = desc("course_diffuse.toml");
+    desc.spheres.clear();
+    desc.point_lights[0].position = Vec3::new(0.0, 120.0, 0.0);
+    let scene = Scene::new(desc).unwrap();
+    let expected = 0.7 / std::f32::consts::PI * 6000.0 / (120.0 * 120.0);
+    assert_radiance(&scene, [0.0, 0.0, 0.0], Vec3::Y, Rgb::splat(expected));
+}
+
+/// A shading normal that leans over the horizon must not let light through from behind the true surface.
+#[test]
+fn light_behind_the_surface_does_not_leak_through() {
+    let mut desc = desc("course_diffuse.toml");
+    desc.point_lights[0].position = Vec3::new(30.0, -5.0, 20.0);
+    let lean = 60f32.to_radians();
+    desc.meshes[0].normals = Some(vec![Vec3::new(lean.sin(), lean.cos(), 0.0); 4]);
+    let scene = Scene::new(desc).unwrap();
+    let hit = scene.intersect(&Ray::new(Vec3::new(0.0, 1.0, 20.0), Vec3::NEG_Y)).unwrap();
+    assert!(hit.frame.normal.dot(Vec3::new(30.0, -5.0, 0.0)) > 0.0, "the shading normal would see it");
+    assert_eq!(scene.direct_from_points(&hit.receiver()).irradiance, Rgb::ZERO);
+}
+
+/// Lamps shine from the side of their normal alone, to the eye as to photons.
+#[test]
+fn the_back_of_a_lamp_is_dark() {
+    let scene = scene("cornell_b.toml");
+    let lamp = |from_y: f32, dir: Vec3| {
+        let hit = scene.intersect(&Ray::new(Vec3::new(275.0, from_y, 275.0), dir)).unwrap();
+        scene.emission(&hit)
+    };
+    assert_eq!(lamp(540.0, Vec3::Y), Rgb::splat(80.0));
+    assert_eq!(lamp(549.95, Vec3::NEG_Y), Rgb::ZERO);
 }
