@@ -32,11 +32,6 @@ impl Camera {
         }
     }
 
-    /// Where the rays start.
-    pub fn position(&self) -> Vec3 {
-        self.position
-    }
-
     /// The ray through the picture position `raster` (pixels from the top left corner), of unit direction.
     pub fn ray(&self, raster: Vec2) -> Ray {
         let ndc = 2.0 * raster / self.resolution - 1.0;
