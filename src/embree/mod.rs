@@ -24,6 +24,7 @@ mod builder;
 mod device;
 mod error;
 mod geometry;
+mod packet;
 mod point_query;
 mod scene;
 mod scene_handle;
@@ -32,6 +33,7 @@ mod sys;
 pub use builder::{SceneBuilder, Sphere};
 pub use device::{Device, Version};
 pub use error::EmbreeError;
+pub use packet::{Coherence, PacketWidth};
 pub use point_query::SphereQuery;
 pub use scene::{Hit, Scene};
 

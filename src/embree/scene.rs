@@ -70,6 +70,10 @@ impl Scene {
         query.tfar == f32::NEG_INFINITY
     }
 
+    pub(super) fn as_raw(&self) -> sys::RTCScene {
+        self.handle.as_raw()
+    }
+
     /// The box around all geometries; [`Aabb::EMPTY`] when there are none.
     pub fn bounds(&self) -> Aabb {
         self.bounds
@@ -88,22 +92,28 @@ const NO_HIT: sys::RTCHit = sys::RTCHit {
     instPrimID: [u32::MAX],
 };
 
+/// Whether Embree may be asked: any other ray makes it walk its whole tree.
+pub(super) fn is_ray(ray: &Ray) -> bool {
+    ray.origin.is_finite() && ray.dir.is_finite() && ray.t_max > 0.0
+}
+
+/// Embree's ends belong to the segment, those of a `Ray` do not.
+pub(super) fn end_inside(ray: &Ray) -> f32 {
+    ray.t_max.next_down()
+}
+
 /// The ray in Embree's layout; none for a ray that would make it walk the whole tree.
 fn to_embree(ray: &Ray) -> Option<sys::RTCRay> {
-    if !(ray.origin.is_finite() && ray.dir.is_finite() && ray.t_max > 0.0) {
-        return None;
-    }
-    Some(sys::RTCRay {
+    is_ray(ray).then(|| sys::RTCRay {
         org_x: ray.origin.x,
         org_y: ray.origin.y,
         org_z: ray.origin.z,
-        // Embree's ends belong to the segment, those of a `Ray` do not.
         tnear: f32::MIN_POSITIVE,
         dir_x: ray.dir.x,
         dir_y: ray.dir.y,
         dir_z: ray.dir.z,
         time: 0.0,
-        tfar: ray.t_max.next_down(),
+        tfar: end_inside(ray),
         // Zero would see no geometry at all.
         mask: u32::MAX,
         id: 0,

@@ -11,3 +11,5 @@ pub const RTC_INVALID_GEOMETRY_ID: u32 = u32::MAX;
 const _: () = assert!(size_of::<RTCRayHit>() == 96);
 const _: () = assert!(size_of::<RTCRay>() == 48);
 const _: () = assert!(align_of::<RTCRayHit>() == 16 && align_of::<RTCRay>() == 16);
+const _: () = assert!(size_of::<RTCRayHit8>() == 672 && align_of::<RTCRayHit8>() == 32);
+const _: () = assert!(size_of::<RTCRayHit16>() == 1344 && align_of::<RTCRayHit16>() == 64);
