@@ -71,7 +71,7 @@ fn gather(c: &mut Criterion) {
     group.sample_size(10).throughput(Throughput::Elements(PHOTONS as u64));
     for n in SIZES {
         for radius in RADII {
-            let (bvh, _) = SphereBvh::build(&spheres_on_walls(n, radius));
+            let (mut bvh, _) = SphereBvh::build(&spheres_on_walls(n, radius));
             let mut sums = vec![0.0f64; n];
             for threads in THREADS {
                 let pool = pool(threads);

@@ -1,4 +1,4 @@
-//! Seconds of a whole photon pass (trace, gather, update, refit) of 100,000 photons at 512 x 512 pixels and 4
+//! Seconds of a whole photon pass (trace, gather) of 100,000 photons at 512 x 512 pixels and 4
 //! samples a pixel, on all cores. The radius shrinks from pass to pass, so the first passes are the dearest.
 
 use std::path::Path;

@@ -6,7 +6,7 @@
 //! files ─> SceneDesc ─> Scene (immutable)
 //!   camera_pass ─> [HitPoint] + [GatherState]
 //!   spheres ─> SphereBvh
-//!   per pass: photon_pass ─> [Photon] ─> gather ─> [PassSum] ─> GatherState::after_pass ─> SphereBvh::refit
+//!   per pass: photon_pass ─> [Photon] ─> gather: sums ─> GatherState::after_pass ─> boxes follow
 //!   develop ─> Image ─> EXR, PNG
 //! ```
 //!
@@ -44,3 +44,4 @@ pub mod ppm;
 pub mod reference;
 pub mod report;
 pub mod scene;
+pub mod simd;

@@ -219,7 +219,7 @@ impl Setup {
 /// Builds, gathers once, and puts the counts into the order of the spheres.
 fn run(rival: &Rival, spheres: &[Sphere], photons: &[Vec3]) -> Result<Sample, BenchError> {
     let (structure, build_seconds) = timed(|| (rival.build)(spheres));
-    let structure = structure?;
+    let mut structure = structure?;
     let mut counts: Vec<AtomicU32> = spheres.iter().map(|_| AtomicU32::new(0)).collect();
     let ((), gather_seconds) = timed(|| structure.count(photons, &mut counts));
     let counts: Vec<u32> = counts.into_iter().map(AtomicU32::into_inner).collect();

@@ -32,37 +32,31 @@ pub struct Phases {
     pub tree: f64,
     /// Tracing photons.
     pub trace: f64,
-    /// Adding them to hit points.
+    /// Adding them to hit points, radius reduction and refitting the tree: one walk.
     pub gather: f64,
-    /// Radius reduction.
-    pub update: f64,
-    /// Refitting the tree.
-    pub refit: f64,
     /// Shadow rays to the lights: not part of the photon pass, and not of its sum.
     pub direct: f64,
 }
 
 type Phase = (&'static str, fn(&Phases) -> f64);
 
-const PHASES: [Phase; 7] = [
+const PHASES: [Phase; 5] = [
     ("eye", |p| p.eye),
     ("tree", |p| p.tree),
     ("trace", |p| p.trace),
     ("gather", |p| p.gather),
-    ("update", |p| p.update),
-    ("refit", |p| p.refit),
     ("direct", |p| p.direct),
 ];
 
 impl Phases {
     fn photon_pass(&self) -> f64 {
-        self.eye + self.tree + self.trace + self.gather + self.update + self.refit
+        self.eye + self.tree + self.trace + self.gather
     }
 
     fn medians(samples: &[Sample]) -> Phases {
         let median = |phase: fn(&Phases) -> f64| Spread::of(samples.iter().map(|s| phase(&s.phases))).median;
-        let [eye, tree, trace, gather, update, refit, direct] = PHASES.map(|(_, phase)| median(phase));
-        Phases { eye, tree, trace, gather, update, refit, direct }
+        let [eye, tree, trace, gather, direct] = PHASES.map(|(_, phase)| median(phase));
+        Phases { eye, tree, trace, gather, direct }
     }
 }
 
@@ -108,7 +102,7 @@ pub struct PassReport {
     pub phases: Phases,
     /// Hit points.
     pub hit_points: u64,
-    /// Tree and statistics.
+    /// Tree, normals and statistics.
     pub bytes_per_hit_point: f64,
     /// Photon rays of a pass; the median.
     pub rays: f64,
@@ -136,19 +130,14 @@ impl Sample {
     fn new(render: &Render, pass: &PassStatistics, rays: &[Ray], bare: f64) -> Sample {
         let p = pass.phases;
         Sample {
-            phases: Phases {
-                trace: p.trace,
-                gather: p.gather,
-                update: p.update,
-                refit: p.refit,
-                direct: p.direct,
-                ..Phases::default()
-            },
+            phases: Phases { trace: p.trace, gather: p.gather, direct: p.direct, ..Phases::default() },
             bare,
             rays: rays.len(),
             overlaps: pass.gathered + pass.rejected_by_side,
             hit_points: render.setup().hit_points,
-            bytes: render.tree().memory_bytes() + size_of_val(render.states()),
+            bytes: render.tree().memory_bytes()
+                + render.facets().memory_bytes()
+                + size_of_val(render.states()),
         }
     }
 }
@@ -356,9 +345,9 @@ mod tests {
 
     #[test]
     fn direct_light_is_no_part_of_the_photon_pass() {
-        let [eye, tree, trace, gather, update, refit, direct] = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0];
-        let phases = Phases { eye, tree, trace, gather, update, refit, direct };
-        assert_eq!(phases.photon_pass(), 63.0);
+        let [eye, tree, trace, gather, direct] = [1.0, 2.0, 4.0, 8.0, 16.0];
+        let phases = Phases { eye, tree, trace, gather, direct };
+        assert_eq!(phases.photon_pass(), 15.0);
     }
 
     #[test]
@@ -380,7 +369,7 @@ mod tests {
         ] {
             assert!(!json[key].is_null(), "{key} is missing");
         }
-        for key in ["trace", "gather", "update", "refit"] {
+        for key in ["trace", "gather"] {
             assert!(json["phases"][key].is_f64(), "{key} is missing");
         }
         for key in ["cpu", "cores", "embree", "rustc", "compiled_for", "version"] {

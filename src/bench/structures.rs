@@ -15,7 +15,7 @@ pub trait Structure {
     fn memory_bytes(&self) -> Option<usize>;
 
     /// Adds one to a sphere's count for every photon inside it, on all threads of the pool.
-    fn count(&self, photons: &[Vec3], counts: &mut [AtomicU32]);
+    fn count(&mut self, photons: &[Vec3], counts: &mut [AtomicU32]);
 
     /// `order[k]` is the sphere that count `k` belongs to; `None` where it is sphere `k`.
     fn order(&self) -> Option<&[u32]> {
@@ -80,7 +80,7 @@ impl<S: PointSearch> Structure for OneByOne<S> {
         self.0.memory_bytes()
     }
 
-    fn count(&self, photons: &[Vec3], counts: &mut [AtomicU32]) {
+    fn count(&mut self, photons: &[Vec3], counts: &mut [AtomicU32]) {
         if rayon::current_num_threads() == 1 {
             for &p in photons {
                 self.0.for_each_containing(p, |sphere| *counts[sphere].get_mut() += 1);
@@ -118,7 +118,7 @@ impl Structure for OrderedTree {
         Some(self.tree.memory_bytes())
     }
 
-    fn count(&self, photons: &[Vec3], counts: &mut [AtomicU32]) {
+    fn count(&mut self, photons: &[Vec3], counts: &mut [AtomicU32]) {
         self.tree.gather(photons, counts, |count, _, _| *count.get_mut() += 1);
     }
 

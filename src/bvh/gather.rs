@@ -1,231 +1,261 @@
-//! All points against all spheres: the batch descends as lists, so that nodes are read once and in order.
+//! All points against all spheres: the points descend as lists, so that nodes are read once and in order.
 
-use std::ops::Range;
+use std::marker::PhantomData;
+use std::ops::{Add, Range};
 
-use super::sphere::{Sphere, squared_distance};
-use super::tree::Tree;
-use crate::math::{Aabb, Vec3};
+use super::point_lists::{PointLists, Points};
+use super::sphere_bvh::{Part, SphereBvh};
+use crate::math::Vec3;
+use crate::simd::{Isa, Kernel, LaneVec3, Lanes, Mask, first_lanes};
 
-/// Most points of one descent: this bounds the scratch memory, and keeps an index's bits those of a number.
-const BATCH: usize = 1 << 20;
+/// A list no longer than this is one task's: what belongs to its points then fits into a core's own cache.
+const TASK_POINTS: usize = 1 << 13;
 
-/// Where spheres times points are fewer, one thread does the rest.
-const PARALLEL_PAIRS: usize = 1 << 22;
+/// As is one with fewer spheres times points.
+const TASK_PAIRS: usize = 1 << 22;
 
-/// A point and, in the fourth lane, the bits of its index in the batch.
-#[derive(Clone, Copy, Debug)]
-struct Entry([f32; 4]);
+/// What is done where points meet spheres.
+pub trait Gatherer: Sync {
+    /// What every sphere carries.
+    type State: Send;
+    /// What a task carries from leaf to leaf.
+    type Task;
+    /// What is left of all tasks.
+    type Tally: Add<Output = Self::Tally> + Default + Send;
 
-impl Entry {
-    const UNUSED: Entry = Entry([0.0; 4]);
+    /// Begins with some of the points, given by their numbers in increasing order. From here on the task knows them
+    /// by their places in that list.
+    fn begin(&self, points: &[u32]) -> Self::Task;
 
-    fn new(p: Vec3, index: usize) -> Entry {
-        Entry([p.x, p.y, p.z, f32::from_bits(index as u32)])
-    }
+    /// Meets the spheres of one leaf with the points in its box, in increasing order. It may give the spheres new radii.
+    fn meet<L: Lanes>(&self, lanes: L, task: &mut Self::Task, leaf: Leaf<Self::State>) -> Radii;
 
-    fn index(&self) -> usize {
-        self.0[3].to_bits() as usize
-    }
+    /// Ends a task.
+    fn end(&self, task: Self::Task) -> Self::Tally;
+}
 
-    fn point(&self) -> Vec3 {
-        Vec3::from_slice(&self.0)
+/// What [`Gatherer::meet`] did to the radii of a leaf.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Radii {
+    /// They are as they were.
+    Kept,
+    /// The tree has to follow them.
+    Changed,
+}
+
+/// The spheres of a leaf, at most [`LANES`], and the points in its box.
+#[derive(Debug)]
+pub struct Leaf<'a, S> {
+    /// The position of the first sphere.
+    pub first: usize,
+    /// Columns of the centres.
+    pub centers: [&'a [f32]; 3],
+    /// Their radii.
+    pub radii: &'a mut [f32],
+    /// Their states.
+    pub states: &'a mut [S],
+    /// The points, by their places in the task's list.
+    pub points: Points<'a>,
+}
+
+impl<S> Leaf<'_, S> {
+    /// The spheres in lanes, as they are now.
+    #[inline(always)]
+    pub fn balls<L: Lanes>(&self, lanes: L) -> Balls<L> {
+        let radius = lanes.load(self.radii);
+        let valid = lanes.le(lanes.splat(0.0), radius) & first_lanes(self.radii.len());
+        let squared_radius = lanes.select(valid, lanes.mul(radius, radius), lanes.splat(-1.0));
+        Balls { centers: LaneVec3::load(lanes, self.centers), squared_radius }
     }
 }
 
-/// A box whose fourth lane lets every index of the batch pass.
-///
-/// The bound of the indices comes from outside although infinity would do: given a constant, the compiler takes
-/// the lanes apart, and the whole descent loses up to a fifth of its speed.
+/// Up to sixteen spheres; [`super::Sphere::contains`] for all of them at once.
 #[derive(Clone, Copy)]
-struct Gate {
-    min: [f32; 4],
-    max: [f32; 4],
+pub struct Balls<L: Lanes> {
+    centers: LaneVec3<L>,
+    squared_radius: L::F32,
 }
 
-impl Gate {
-    fn new(bounds: &Aabb, index_bound: f32) -> Gate {
-        let (min, max) = (bounds.min, bounds.max);
-        Gate { min: [min.x, min.y, min.z, -index_bound], max: [max.x, max.y, max.z, index_bound] }
-    }
-
-    fn admits(&self, entry: &Entry) -> bool {
-        let inside = |k: usize| (entry.0[k] >= self.min[k]) & (entry.0[k] <= self.max[k]);
-        (0..4).map(|k| u32::from(inside(k))).sum::<u32>() == 4
-    }
-
-    /// Copies the admitted entries to the front of `out`, which is as long as `list`, and returns their number.
-    fn filter(&self, list: &[Entry], out: &mut [Entry]) -> usize {
-        let mut n = 0;
-        for entry in list {
-            out[n] = *entry;
-            n += usize::from(self.admits(entry));
-        }
-        n
+impl<L: Lanes> Balls<L> {
+    /// Which of the spheres contain `p`.
+    #[inline(always)]
+    pub fn around(&self, lanes: L, p: Vec3) -> Mask {
+        let offset = self.centers.sub(lanes, LaneVec3::splat(lanes, p));
+        lanes.le(offset.dot(lanes, offset), self.squared_radius)
     }
 }
 
-/// See [`super::SphereBvh::gather`].
-pub(super) fn gather<S: Send>(
-    tree: &Tree,
-    spheres: &[Sphere],
+/// See [`SphereBvh::gather_with`].
+pub(super) fn gather<G: Gatherer>(
+    bvh: &mut SphereBvh,
+    isa: Isa,
     points: &[Vec3],
-    states: &mut [S],
-    visit: &(impl Fn(&mut S, usize, usize) + Sync),
-) {
-    if tree.is_empty() {
-        return;
+    states: &mut [G::State],
+    gatherer: &G,
+) -> G::Tally {
+    if bvh.is_empty() {
+        return G::Tally::default();
     }
-    for (batch, points) in points.chunks(BATCH).enumerate() {
-        let visit = |state: &mut S, position, index: usize| visit(state, position, batch * BATCH + index);
-        let index_bound = f32::from_bits(points.len() as u32);
-        let descent = Descent { tree, spheres, visit: &visit, index_bound };
-        let root = descent.gate(0);
-        let entries = points.iter().enumerate().map(|(index, &p)| Entry::new(p, index));
-        descent.in_parallel(0, entries.filter(|entry| root.admits(entry)).collect(), states);
-    }
+    let (part, centers) = bvh.parts(states);
+    let list = isa.run(PointLists::of(points).inside(&part.nodes[0].bounds));
+    Descent { gatherer, isa, centers }.in_parallel(part, list).tally
 }
 
-struct Descent<'a, V> {
-    tree: &'a Tree,
-    spheres: &'a [Sphere],
-    visit: &'a V,
-    index_bound: f32,
+struct Descent<'a, G> {
+    gatherer: &'a G,
+    isa: Isa,
+    centers: [&'a [f32]; 3],
 }
 
-impl<V> Descent<'_, V> {
-    /// Descends with the points `list`, all inside the box of `node`, whose states are `states`.
-    fn in_parallel<S: Send>(&self, node: usize, list: Vec<Entry>, states: &mut [S])
-    where
-        V: Fn(&mut S, usize, usize) + Sync,
-    {
-        if self.tree.nodes[node].is_leaf() || states.len() * list.len() < PARALLEL_PAIRS {
-            let n = list.len();
-            return self.alone(node, 0..n, n, states, &mut { list });
+/// What comes back from a subtree.
+struct Outcome<T> {
+    tally: T,
+    radii: Radii,
+}
+
+impl<G: Gatherer> Descent<'_, G> {
+    /// Descends with the points of `list`, all inside the box of the part's root.
+    fn in_parallel(&self, mut part: Part<G::State>, list: PointLists) -> Outcome<G::Tally> {
+        let n = list.len();
+        let small = n <= TASK_POINTS || part.states.len() * n <= TASK_PAIRS;
+        if part.nodes[0].is_leaf() || small {
+            return self.task(&mut part, list);
         }
-        let (left, right) = self.tree.children(node);
-        let (left_states, right_states) = self.split_states(node, right, states);
-        rayon::join(
-            || self.in_parallel(left, self.sublist(&list, left), left_states),
-            || self.in_parallel(right, self.sublist(&list, right), right_states),
+        let (left, right) = part.children();
+        let sublist = |child: &Part<_>| self.isa.run(list.inside(&child.nodes[0].bounds));
+        let (left, right) = rayon::join(
+            || {
+                let list = sublist(&left);
+                self.in_parallel(left, list)
+            },
+            || {
+                let list = sublist(&right);
+                self.in_parallel(right, list)
+            },
         );
+        let radii = part.follow_children([left.radii, right.radii]);
+        Outcome { tally: left.tally + right.tally, radii }
     }
 
-    /// The same on one thread: the list is a range of `scratch`, of which everything from `top` on is free.
-    fn alone<S>(
+    fn task(&self, part: &mut Part<G::State>, mut lists: PointLists) -> Outcome<G::Tally> {
+        let n = lists.len();
+        let mut task = self.gatherer.begin(&lists.renumber());
+        let radii = self.alone(part, 0..n, n, &mut lists, &mut task);
+        Outcome { tally: self.gatherer.end(task), radii }
+    }
+
+    /// Descends with one of the lists; everything from `top` on is free.
+    fn alone(
         &self,
-        node: usize,
+        part: &mut Part<G::State>,
         list: Range<usize>,
         top: usize,
-        states: &mut [S],
-        scratch: &mut Vec<Entry>,
-    ) where
-        V: Fn(&mut S, usize, usize),
-    {
+        lists: &mut PointLists,
+        task: &mut G::Task,
+    ) -> Radii {
         if list.is_empty() {
-            return;
+            return Radii::Kept;
         }
-        if self.tree.nodes[node].is_leaf() {
-            let (list, inside, _) = list_and_room(&list, top, scratch);
-            return self.leaf(node, list, inside, states);
+        if part.nodes[0].is_leaf() {
+            let radii = self.leaf(part, lists.get(list), task);
+            return part.follow_spheres(self.centers, radii);
         }
-        let (left, right) = self.tree.children(node);
-        let (left_list, right_list) = self.sublists([left, right], &list, top, scratch);
-        let (left_states, right_states) = self.split_states(node, right, states);
+        let (mut left, mut right) = part.children();
+        let boxes = [left.nodes[0].bounds, right.nodes[0].bounds];
+        let [left_list, right_list] = lists.split(&list, top, boxes, |split| self.isa.run(split));
         let top = top.max(left_list.end).max(right_list.end);
-        self.alone(left, left_list, top, left_states, scratch);
-        self.alone(right, right_list, top, right_states, scratch);
+        let left = self.alone(&mut left, left_list, top, lists, task);
+        let right = self.alone(&mut right, right_list, top, lists, task);
+        part.follow_children([left, right])
     }
 
-    fn gate(&self, node: usize) -> Gate {
-        Gate::new(&self.tree.nodes[node].bounds, self.index_bound)
-    }
-
-    fn sublist(&self, list: &[Entry], node: usize) -> Vec<Entry> {
-        let mut out = vec![Entry::UNUSED; list.len()];
-        let n = self.gate(node).filter(list, &mut out);
-        out.truncate(n);
-        out
-    }
-
-    /// The points of `list` inside each child: new lists above `top`, or `list` itself where all are inside.
-    fn sublists(
-        &self,
-        children: [usize; 2],
-        list: &Range<usize>,
-        top: usize,
-        scratch: &mut Vec<Entry>,
-    ) -> (Range<usize>, Range<usize>) {
-        let n = list.len();
-        let (points, left_out, right_out) = list_and_room(list, top, scratch);
-        let [left_gate, right_gate] = children.map(|child| self.gate(child));
-        let (mut n_left, mut n_right) = (0, 0);
-        for entry in points {
-            left_out[n_left] = *entry;
-            right_out[n_right] = *entry;
-            n_left += usize::from(left_gate.admits(entry));
-            n_right += usize::from(right_gate.admits(entry));
-        }
-        let shared = |out: Range<usize>| if out.len() == n { list.clone() } else { out };
-        (shared(top..top + n_left), shared(top + n..top + n + n_right))
-    }
-
-    fn split_states<'s, S>(
-        &self,
-        node: usize,
-        right: usize,
-        states: &'s mut [S],
-    ) -> (&'s mut [S], &'s mut [S]) {
-        let nodes = &self.tree.nodes;
-        states.split_at_mut((nodes[right].first - nodes[node].first) as usize)
-    }
-
-    /// Finds the points inside a sphere without a branch, then visits them: whether a point is inside cannot be
-    /// predicted, how many are inside nearly can.
-    fn leaf<S>(&self, node: usize, list: &[Entry], inside: &mut [Entry], states: &mut [S])
-    where
-        V: Fn(&mut S, usize, usize),
-    {
-        for (state, position) in states.iter_mut().zip(self.tree.positions(node)) {
-            let sphere = &self.spheres[position];
-            let squared_radius = sphere.squared_radius();
-            let mut n = 0;
-            for entry in list {
-                inside[n] = *entry;
-                n += usize::from(squared_distance(sphere.center, entry.point()) <= squared_radius);
-            }
-            inside[..n].iter().for_each(|entry| (self.visit)(state, position, entry.index()));
-        }
+    fn leaf(&self, part: &mut Part<G::State>, points: Points, task: &mut G::Task) -> Radii {
+        let first = part.nodes[0].first as usize;
+        let positions = first..first + part.radii.len();
+        let leaf = Leaf {
+            first,
+            centers: self.centers.map(|column| &column[positions.clone()]),
+            radii: part.radii,
+            states: part.states,
+            points,
+        };
+        self.isa.run(Meet { gatherer: self.gatherer, task, leaf })
     }
 }
 
-/// `list` and twice as many free entries from `top` on.
-fn list_and_room<'s>(
-    list: &Range<usize>,
-    top: usize,
-    scratch: &'s mut Vec<Entry>,
-) -> (&'s [Entry], &'s mut [Entry], &'s mut [Entry]) {
-    let n = list.len();
-    if scratch.len() < top + 2 * n {
-        scratch.resize(top + 2 * n, Entry::UNUSED);
+struct Meet<'a, G: Gatherer> {
+    gatherer: &'a G,
+    task: &'a mut G::Task,
+    leaf: Leaf<'a, G::State>,
+}
+
+impl<G: Gatherer> Kernel for Meet<'_, G> {
+    type Output = Radii;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) -> Radii {
+        self.gatherer.meet(lanes, self.task, self.leaf)
     }
-    let (below, above) = scratch.split_at_mut(top);
-    let (first, second) = above[..2 * n].split_at_mut(n);
-    (&below[list.clone()], first, second)
+}
+
+/// Hands every meeting of a point and a sphere to a closure.
+pub(super) struct EachMeeting<S, V> {
+    visit: V,
+    state: PhantomData<fn(S)>,
+}
+
+impl<S, V> EachMeeting<S, V> {
+    pub(super) fn new(visit: V) -> EachMeeting<S, V> {
+        EachMeeting { visit, state: PhantomData }
+    }
+}
+
+impl<S: Send, V: Fn(&mut S, usize, usize) + Sync> Gatherer for EachMeeting<S, V> {
+    type State = S;
+    type Task = Vec<u32>;
+    type Tally = u64;
+
+    fn begin(&self, points: &[u32]) -> Vec<u32> {
+        points.to_vec()
+    }
+
+    #[inline(always)]
+    fn meet<L: Lanes>(&self, lanes: L, numbers: &mut Vec<u32>, leaf: Leaf<S>) -> Radii {
+        let balls = leaf.balls(lanes);
+        for (p, place) in leaf.points.iter() {
+            let mut around = balls.around(lanes, p);
+            while around != 0 {
+                let lane = around.trailing_zeros() as usize;
+                around &= around - 1;
+                (self.visit)(&mut leaf.states[lane], leaf.first + lane, numbers[place] as usize);
+            }
+        }
+        Radii::Kept
+    }
+
+    fn end(&self, _: Vec<u32>) -> u64 {
+        0
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bvh::SphereBvh;
     use crate::bvh::test_sets::{Layout, Radii, on_threads, points_around, sphere_set, spheres};
+    use crate::bvh::{Sphere, SphereBvh};
     use proptest::prelude::*;
 
     type Visits = Vec<Vec<(usize, usize)>>;
 
-    fn gathered(bvh: &SphereBvh, points: &[Vec3]) -> Visits {
+    fn gathered_with(isa: Isa, bvh: &mut SphereBvh, points: &[Vec3]) -> Visits {
         let mut visits = vec![Vec::new(); bvh.len()];
-        bvh.gather(points, &mut visits, |list, position, point| list.push((position, point)));
+        let visit = |list: &mut Vec<_>, position, point| list.push((position, point));
+        bvh.gather_with(isa, points, &mut visits, &EachMeeting::new(visit));
         visits
+    }
+
+    fn gathered(bvh: &mut SphereBvh, points: &[Vec3]) -> Visits {
+        gathered_with(Isa::best(), bvh, points)
     }
 
     fn naive(spheres: &[Sphere], order: &[u32], points: &[Vec3]) -> Visits {
@@ -236,8 +266,11 @@ mod tests {
     }
 
     fn assert_matches_naive(spheres: &[Sphere], points: &[Vec3]) {
-        let (bvh, order) = SphereBvh::build(spheres);
-        assert_eq!(gathered(&bvh, points), naive(spheres, &order, points));
+        let (mut bvh, order) = SphereBvh::build(spheres);
+        let expected = naive(spheres, &order, points);
+        for isa in Isa::available() {
+            assert!(gathered_with(isa, &mut bvh, points) == expected, "{isa}");
+        }
     }
 
     proptest! {
@@ -252,7 +285,7 @@ mod tests {
         for radii in [Radii::Mixed, Radii::Equal(0.02)] {
             let input = spheres(Layout::Cube, radii, 5000, 1);
             let points = points_around(&input, 4000, 2);
-            assert!(points.len() * input.len() > 4 * PARALLEL_PAIRS);
+            assert!(points.len() * input.len() > 4 * TASK_PAIRS);
             assert_matches_naive(&input, &points);
         }
     }
@@ -262,17 +295,17 @@ mod tests {
         let input = spheres(Layout::Point, Radii::Equal(100.0), 300, 3);
         let points = points_around(&spheres(Layout::Cube, Radii::Equal(0.5), 50, 4), 500, 5);
         let real = points.iter().filter(|p| !p.is_nan()).count();
-        let visits = gathered(&SphereBvh::build(&input).0, &points);
+        let visits = gathered(&mut SphereBvh::build(&input).0, &points);
         assert!(visits.iter().all(|list| list.len() == real));
     }
 
     #[test]
     fn a_single_leaf_takes_any_number_of_points() {
         let input = spheres(Layout::Point, Radii::Equal(0.5), 5, 9);
-        let points = vec![input[0].center; BATCH];
+        let points = vec![input[0].center; 1 << 20];
         let mut counts = [0; 5];
         SphereBvh::build(&input).0.gather(&points, &mut counts, |count, _, _| *count += 1);
-        assert_eq!(counts, [BATCH; 5]);
+        assert_eq!(counts, [1 << 20; 5]);
     }
 
     #[test]
@@ -280,25 +313,15 @@ mod tests {
         let input = spheres(Layout::Cube, Radii::Equal(f32::INFINITY), 30, 6);
         let nan = f32::NAN;
         let points = [Vec3::NAN, Vec3::X * nan, Vec3::new(0.0, nan, 0.0), Vec3::new(0.0, 0.0, nan)];
-        assert!(gathered(&SphereBvh::build(&input).0, &points).iter().all(Vec::is_empty));
-    }
-
-    #[test]
-    fn indices_go_on_over_the_batches() {
-        let input = [Sphere { center: Vec3::ZERO, radius: 1.0 }];
-        let mut points = vec![Vec3::ONE; BATCH + 3];
-        points[BATCH - 1] = Vec3::ZERO;
-        points[BATCH + 1] = Vec3::ZERO;
-        let visits = gathered(&SphereBvh::build(&input).0, &points);
-        assert_eq!(visits, [[(0, BATCH - 1), (0, BATCH + 1)]]);
+        assert!(gathered(&mut SphereBvh::build(&input).0, &points).iter().all(Vec::is_empty));
     }
 
     #[test]
     fn sums_have_the_same_bits_on_any_number_of_threads() {
         let input = spheres(Layout::Plane, Radii::Equal(0.02), 30_000, 7);
         let points = points_around(&input, 20_000, 8);
-        let (bvh, _) = SphereBvh::build(&input);
-        let sums = |threads| {
+        let (mut bvh, _) = SphereBvh::build(&input);
+        let mut sums = |threads| {
             let mut sums = vec![(0f32, 0usize); input.len()];
             let add = |sum: &mut (f32, usize), _, point: usize| {
                 assert!(sum.1 <= point, "points came in decreasing order");
@@ -312,10 +335,53 @@ mod tests {
         assert!(one == sums(2) && one == sums(7));
     }
 
+    /// Halves every radius that a point was found in.
+    struct Halve;
+
+    impl Gatherer for Halve {
+        type State = ();
+        type Task = ();
+        type Tally = u64;
+
+        fn begin(&self, _: &[u32]) {}
+
+        #[inline(always)]
+        fn meet<L: Lanes>(&self, lanes: L, _: &mut (), leaf: Leaf<()>) -> super::Radii {
+            let balls = leaf.balls(lanes);
+            let met = leaf.points.iter().fold(0, |met, (p, _)| met | balls.around(lanes, p));
+            for (_, radius) in leaf.radii.iter_mut().enumerate().filter(|(lane, _)| met >> lane & 1 == 1) {
+                *radius *= 0.5;
+            }
+            if met == 0 { super::Radii::Kept } else { super::Radii::Changed }
+        }
+
+        fn end(&self, (): ()) -> u64 {
+            0
+        }
+    }
+
+    /// The walk must leave the tree as tight as refitting it would.
+    #[test]
+    fn boxes_follow_the_radii() {
+        for (layout, n) in [(Layout::Plane, 30_000), (Layout::Clusters, 400), (Layout::Point, 7)] {
+            let input = spheres(layout, Radii::Equal(0.02), n, 3);
+            let points = points_around(&input, 2000, 4);
+            let (mut bvh, _) = SphereBvh::build(&input);
+            bvh.gather_with(Isa::best(), &points, &mut vec![(); n], &Halve);
+            bvh.check_invariants().unwrap();
+            let halved = bvh.radii().iter().filter(|&&radius| radius == 0.01).count();
+            assert!(halved > 0, "{layout:?}");
+            let mut refitted = bvh.clone();
+            let radii = bvh.radii().to_vec();
+            refitted.refit(|position| radii[position]);
+            assert!(refitted.nodes() == bvh.nodes(), "{layout:?}");
+        }
+    }
+
     #[test]
     #[should_panic(expected = "one state for each sphere")]
     fn a_state_too_few_is_refused() {
-        let (bvh, _) = SphereBvh::build(&[Sphere { center: Vec3::ZERO, radius: 1.0 }]);
+        let (mut bvh, _) = SphereBvh::build(&[Sphere { center: Vec3::ZERO, radius: 1.0 }]);
         bvh.gather(&[Vec3::ZERO], &mut [], |_: &mut (), _, _| ());
     }
 }

@@ -4,6 +4,7 @@
 mod build;
 mod gather;
 mod items;
+mod point_lists;
 mod prepared_ray;
 mod primitive;
 mod ray_bvh;
@@ -20,6 +21,8 @@ mod walk;
 mod wide;
 
 pub use build::build;
+pub use gather::{Balls, Gatherer, Leaf, Radii};
+pub use point_lists::Points;
 pub use ray_bvh::{RayBvh, RayBvhBuilder, RayHit};
 pub use ray_bvh_error::RayBvhError;
 pub use sphere::Sphere;

@@ -3,22 +3,26 @@
 use rayon::prelude::*;
 
 use super::build::build;
-use super::gather::gather;
+use super::gather::{EachMeeting, Gatherer, Radii, gather};
 use super::sphere::Sphere;
 use super::tree::{Node, Tree};
 use crate::math::{Aabb, Vec3};
+use crate::simd::{Isa, LANES};
 
-/// Most spheres in a leaf.
-pub(super) const LEAF_SIZE: usize = 12;
+/// Most spheres in a leaf: as many as are met at once.
+pub(super) const LEAF_SIZE: usize = LANES;
 
 /// Below this many spheres a subtree is refitted by one thread.
 const PARALLEL_REFIT: usize = 8 * 1024;
 
 /// Spheres in a tree. Apart from [`SphereBvh::build`], everything counts spheres by their position in it.
+///
+/// They stand in columns, so that those of a leaf fill the lanes of a register.
 #[derive(Clone, Debug)]
 pub struct SphereBvh {
     tree: Tree,
-    spheres: Vec<Sphere>,
+    centers: [Vec<f32>; 3],
+    radii: Vec<f32>,
 }
 
 impl SphereBvh {
@@ -38,18 +42,20 @@ impl SphereBvh {
     pub fn build(spheres: &[Sphere]) -> (SphereBvh, Vec<u32>) {
         let boxes: Vec<Aabb> = spheres.par_iter().map(Sphere::bounds).collect();
         let (tree, order) = build(&boxes, LEAF_SIZE);
-        let spheres = order.par_iter().map(|&index| spheres[index as usize]).collect();
-        (SphereBvh { tree, spheres }, order)
+        let column = |of: fn(&Sphere) -> f32| order.par_iter().map(|&k| of(&spheres[k as usize])).collect();
+        let centers = [column(|s| s.center.x), column(|s| s.center.y), column(|s| s.center.z)];
+        let radii = column(|s| s.radius);
+        (SphereBvh { tree, centers, radii }, order)
     }
 
     /// The number of spheres.
     pub fn len(&self) -> usize {
-        self.spheres.len()
+        self.radii.len()
     }
 
     /// Whether there is no sphere.
     pub fn is_empty(&self) -> bool {
-        self.spheres.is_empty()
+        self.radii.is_empty()
     }
 
     /// A box around all spheres, a few roundings wider than the smallest; empty without spheres.
@@ -57,12 +63,29 @@ impl SphereBvh {
         self.tree.bounds()
     }
 
+    /// The sphere at a position.
+    pub fn sphere(&self, position: usize) -> Sphere {
+        sphere_at(&self.centers, &self.radii, position)
+    }
+
+    /// All nodes; see [`Tree::nodes`].
+    pub fn nodes(&self) -> &[Node] {
+        self.tree.nodes()
+    }
+
+    /// The radii, by position.
+    pub fn radii(&self) -> &[f32] {
+        &self.radii
+    }
+
     /// Gives the sphere at each position the radius `radius_of(position)` and tightens all boxes.
     ///
     /// The shape of the tree stays: it suits radii that shrink or grow by about the same factor.
     pub fn refit(&mut self, radius_of: impl Fn(usize) -> f32 + Sync) {
         if !self.is_empty() {
-            refit_subtree(&mut self.tree.nodes, &mut self.spheres, &radius_of);
+            let mut stateless = vec![(); self.len()];
+            let (mut part, centers) = self.parts(&mut stateless);
+            refit_part(&mut part, centers, &radius_of);
         }
     }
 
@@ -72,7 +95,7 @@ impl SphereBvh {
     pub fn for_each_containing(&self, p: Vec3, mut visit: impl FnMut(usize)) {
         self.tree.for_each_leaf_around(p, |positions| {
             for position in positions {
-                if self.spheres[position].contains(p) {
+                if self.sphere(position).contains(p) {
                     visit(position);
                 }
             }
@@ -87,18 +110,42 @@ impl SphereBvh {
     /// # Panics
     /// Where `states` has not the length of the tree.
     pub fn gather<S: Send>(
-        &self,
+        &mut self,
         points: &[Vec3],
         states: &mut [S],
         visit: impl Fn(&mut S, usize, usize) + Sync,
     ) {
+        self.gather_with(Isa::best(), points, states, &EachMeeting::new(visit));
+    }
+
+    /// Lets all points meet the spheres around them, leaf by leaf, in one walk that also follows the radii.
+    ///
+    /// Every leaf comes at most once for each million of points, on one thread at a time; order and result depend on
+    /// neither the number of threads nor the instruction set.
+    ///
+    /// # Panics
+    /// Where `states` has not the length of the tree.
+    pub fn gather_with<G: Gatherer>(
+        &mut self,
+        isa: Isa,
+        points: &[Vec3],
+        states: &mut [G::State],
+        gatherer: &G,
+    ) -> G::Tally {
         assert_eq!(states.len(), self.len(), "gather needs one state for each sphere");
-        gather(&self.tree, &self.spheres, points, states, &visit);
+        gather(self, isa, points, states, gatherer)
+    }
+
+    /// The whole tree as a part, and the columns of all centres.
+    pub(super) fn parts<'a, S>(&'a mut self, states: &'a mut [S]) -> (Part<'a, S>, [&'a [f32]; 3]) {
+        let part = Part { nodes: &mut self.tree.nodes, radii: &mut self.radii, states };
+        (part, self.centers.each_ref().map(|column| column.as_slice()))
     }
 
     /// The memory that tree and spheres hold, in bytes.
     pub fn memory_bytes(&self) -> usize {
-        size_of::<Node>() * self.tree.nodes.capacity() + size_of::<Sphere>() * self.spheres.capacity()
+        let numbers = self.centers.iter().map(Vec::capacity).sum::<usize>() + self.radii.capacity();
+        size_of::<Node>() * self.tree.nodes.capacity() + size_of::<f32>() * numbers
     }
 
     /// Whether every box contains what is below it and the leaves partition the positions.
@@ -106,44 +153,91 @@ impl SphereBvh {
     /// # Errors
     /// Names the first node that breaks a rule, and the rule.
     pub fn check_invariants(&self) -> Result<(), String> {
-        if self.tree.len() != self.spheres.len() {
+        if self.tree.len() != self.radii.len() {
             return Err(format!(
                 "a tree over {} positions for {} spheres",
                 self.tree.len(),
-                self.spheres.len()
+                self.radii.len()
             ));
         }
-        self.tree.check_invariants(|position| self.spheres[position].bounds())
+        self.tree.check_invariants(|position| self.sphere(position).bounds())
     }
 }
 
-/// Refits the subtree whose root is `nodes[0]` and whose spheres are `spheres`, and returns its box.
-fn refit_subtree(
-    nodes: &mut [Node],
-    spheres: &mut [Sphere],
-    radius_of: &(impl Fn(usize) -> f32 + Sync),
-) -> Aabb {
-    let first = nodes[0].first as usize;
-    nodes[0].bounds = if nodes[0].is_leaf() {
-        refit_leaf(first, spheres, radius_of)
-    } else {
-        let parallel = spheres.len() >= PARALLEL_REFIT;
-        let size = nodes[1].size as usize;
-        let (left, right) = nodes[1..].split_at_mut(size);
-        let (left_spheres, right_spheres) = spheres.split_at_mut(right[0].first as usize - first);
-        let mut left = || refit_subtree(left, left_spheres, radius_of);
-        let mut right = || refit_subtree(right, right_spheres, radius_of);
-        let (left, right) = if parallel { rayon::join(left, right) } else { (left(), right()) };
-        left.union(right)
-    };
-    nodes[0].bounds
+fn sphere_at(centers: &[Vec<f32>; 3], radii: &[f32], position: usize) -> Sphere {
+    let [x, y, z] = centers.each_ref().map(|column| column[position]);
+    Sphere { center: Vec3::new(x, y, z), radius: radii[position] }
 }
 
-fn refit_leaf(first: usize, spheres: &mut [Sphere], radius_of: &impl Fn(usize) -> f32) -> Aabb {
-    spheres.iter_mut().zip(first..).fold(Aabb::EMPTY, |bounds, (sphere, position)| {
-        sphere.radius = radius_of(position);
-        bounds.union(sphere.bounds())
-    })
+/// A subtree with its spheres' radii and states, which nobody else touches meanwhile.
+pub(super) struct Part<'a, S> {
+    /// The first is the root.
+    pub(super) nodes: &'a mut [Node],
+    pub(super) radii: &'a mut [f32],
+    pub(super) states: &'a mut [S],
+}
+
+impl<S> Part<'_, S> {
+    /// The two halves below an inner node.
+    pub(super) fn children(&mut self) -> (Part<'_, S>, Part<'_, S>) {
+        let first = self.nodes[0].first;
+        let size = self.nodes[1].size as usize;
+        let (left, right) = self.nodes[1..].split_at_mut(size);
+        let n_left = (right[0].first - first) as usize;
+        let (left_radii, right_radii) = self.radii.split_at_mut(n_left);
+        let (left_states, right_states) = self.states.split_at_mut(n_left);
+        (
+            Part { nodes: left, radii: left_radii, states: left_states },
+            Part { nodes: right, radii: right_radii, states: right_states },
+        )
+    }
+
+    /// Tightens the root's box after those of its children.
+    pub(super) fn follow_children(&mut self, radii: [Radii; 2]) -> Radii {
+        if radii == [Radii::Kept; 2] {
+            return Radii::Kept;
+        }
+        let right = 1 + self.nodes[1].size as usize;
+        self.nodes[0].bounds = self.nodes[1].bounds.union(self.nodes[right].bounds);
+        Radii::Changed
+    }
+
+    /// Tightens the box of a leaf.
+    pub(super) fn follow_spheres(&mut self, centers: [&[f32]; 3], radii: Radii) -> Radii {
+        if radii == Radii::Changed {
+            let first = self.nodes[0].first as usize;
+            let [x, y, z] = centers.map(|column| &column[first..first + self.radii.len()]);
+            let spheres = self
+                .radii
+                .iter()
+                .zip(x)
+                .zip(y)
+                .zip(z)
+                .map(|(((&radius, &x), &y), &z)| Sphere { center: Vec3::new(x, y, z), radius });
+            self.nodes[0].bounds = spheres.map(|s| s.bounds()).fold(Aabb::EMPTY, Aabb::union);
+        }
+        radii
+    }
+}
+
+fn refit_part(part: &mut Part<()>, centers: [&[f32]; 3], radius_of: &(impl Fn(usize) -> f32 + Sync)) {
+    if part.nodes[0].is_leaf() {
+        let first = part.nodes[0].first as usize;
+        part.radii.iter_mut().zip(first..).for_each(|(radius, position)| *radius = radius_of(position));
+        part.follow_spheres(centers, Radii::Changed);
+        return;
+    }
+    let parallel = part.radii.len() >= PARALLEL_REFIT;
+    let (mut left, mut right) = part.children();
+    let mut left = || refit_part(&mut left, centers, radius_of);
+    let mut right = || refit_part(&mut right, centers, radius_of);
+    if parallel {
+        rayon::join(left, right);
+    } else {
+        left();
+        right();
+    }
+    part.follow_children([Radii::Changed; 2]);
 }
 
 #[cfg(test)]
@@ -155,7 +249,7 @@ mod tests {
     fn assert_matches_naive(bvh: &SphereBvh, points: &[Vec3]) {
         bvh.check_invariants().unwrap();
         for &p in points {
-            let naive: Vec<usize> = (0..bvh.len()).filter(|&k| bvh.spheres[k].contains(p)).collect();
+            let naive: Vec<usize> = (0..bvh.len()).filter(|&k| bvh.sphere(k).contains(p)).collect();
             let mut found = Vec::new();
             bvh.for_each_containing(p, |position| found.push(position));
             assert_eq!(found, naive, "around {p}");
@@ -167,7 +261,7 @@ mod tests {
         fn points_find_what_the_naive_search_finds(input in sphere_set(), seed: u64) {
             let (bvh, order) = SphereBvh::build(&input);
             for (position, &index) in order.iter().enumerate() {
-                prop_assert_eq!(bvh.spheres[position], input[index as usize]);
+                prop_assert_eq!(bvh.sphere(position), input[index as usize]);
             }
             let mut sorted = order.clone();
             sorted.sort();
@@ -180,11 +274,11 @@ mod tests {
             let (mut bvh, order) = SphereBvh::build(&input);
             let radius = |position: usize| input[order[position] as usize].radius * factor;
             bvh.refit(radius);
-            prop_assert!((0..bvh.len()).all(|k| bvh.spheres[k].radius == radius(k)));
-            let (small, all) = (bvh.bounds(), Aabb::EMPTY);
-            let tight = bvh.spheres.iter().fold(all, |bounds, sphere| bounds.union(sphere.bounds()));
-            prop_assert_eq!(small, tight);
-            assert_matches_naive(&bvh, &points_around(&bvh.spheres, 64, seed));
+            prop_assert!((0..bvh.len()).all(|k| bvh.radii()[k] == radius(k)));
+            let spheres: Vec<Sphere> = (0..bvh.len()).map(|k| bvh.sphere(k)).collect();
+            let tight = spheres.iter().fold(Aabb::EMPTY, |bounds, sphere| bounds.union(sphere.bounds()));
+            prop_assert_eq!(bvh.bounds(), tight);
+            assert_matches_naive(&bvh, &points_around(&spheres, 64, seed));
         }
     }
 

@@ -25,8 +25,6 @@ pub struct PassSum {
     pub flux: DVec3,
     /// Accepted photons `M`.
     pub accepted: u32,
-    /// Photons inside the radius that belong to another side.
-    pub rejected: u32,
 }
 
 /// The progressive statistics of a hit point: radius `R`, photon count `N` and flux `τ`.
@@ -38,8 +36,6 @@ pub struct GatherState {
     pub photons: f64,
     /// `τ`: their unnormalised flux (W), BRDF not included.
     pub flux: DVec3,
-    /// The pass under way.
-    pub pass: PassSum,
 }
 
 impl GatherState {
@@ -50,25 +46,12 @@ impl GatherState {
     /// assert_eq!(GatherState::new(0.5).radius(), 0.5);
     /// ```
     pub fn new(radius: f64) -> GatherState {
-        GatherState { radius2: radius * radius, photons: 0.0, flux: DVec3::ZERO, pass: PassSum::default() }
+        GatherState { radius2: radius * radius, photons: 0.0, flux: DVec3::ZERO }
     }
 
     /// `R`, in scene units.
     pub fn radius(&self) -> f64 {
         self.radius2.sqrt()
-    }
-
-    /// Adds the flux (W) of a photon that was found within the radius; `None` is one that belongs to another side.
-    ///
-    /// One decision drives the count and the flux: a photon that brings nothing must not shrink the radius.
-    pub fn add(&mut self, received: Option<Rgb>) {
-        match received {
-            Some(flux) => {
-                self.pass.accepted += 1;
-                self.pass.flux += flux.as_dvec3();
-            }
-            None => self.pass.rejected += 1,
-        }
     }
 
     /// Closes a pass: keeps the share `alpha` of the new photons and shrinks the radius to match.
@@ -78,8 +61,8 @@ impl GatherState {
     ///
     /// # Source
     /// Hachisuka, Ogaki and Jensen, "Progressive Photon Mapping", SIGGRAPH Asia 2008, equations 7 to 12.
-    pub fn after_pass(&mut self, alpha: f64) {
-        let PassSum { flux, accepted, .. } = std::mem::take(&mut self.pass);
+    pub fn after_pass(&mut self, pass: &PassSum, alpha: f64) {
+        let PassSum { flux, accepted } = *pass;
         if accepted == 0 {
             return;
         }
@@ -102,15 +85,18 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
+    /// `accepted` photons of the same flux.
+    fn sum(accepted: u32, flux: f64) -> PassSum {
+        PassSum { flux: DVec3::splat(f64::from(accepted) * flux), accepted }
+    }
+
     /// The radii that the assignment's scene must show when every pass brings the same count.
     #[test]
     fn radius_follows_the_closed_form() {
         let mut state = GatherState::new(0.5);
         let mut radii = Vec::new();
         for _ in 0..1000 {
-            state.add(Some(Rgb::ONE));
-            state.add(Some(Rgb::ONE));
-            state.after_pass(0.7);
+            state.after_pass(&sum(2, 1.0), 0.7);
             radii.push(state.radius());
         }
         for (pass, radius) in [(1, 0.4183), (2, 0.3796), (10, 0.2831), (100, 0.1752), (1000, 0.1071)] {
@@ -122,13 +108,9 @@ mod tests {
     #[test]
     fn pass_without_an_accepted_photon_changes_nothing() {
         let mut state = GatherState::new(2.0);
-        state.add(Some(Rgb::ONE));
-        state.after_pass(0.7);
+        state.after_pass(&sum(1, 1.0), 0.7);
         let before = state;
-        state.after_pass(0.7);
-        assert_eq!(state, before);
-        state.add(None);
-        state.after_pass(0.7);
+        state.after_pass(&PassSum::default(), 0.7);
         assert_eq!(state, before);
     }
 
@@ -139,10 +121,7 @@ mod tests {
             let mut state = GatherState::new(1.0);
             for pass in 0..200u64 {
                 let expected = 50.0 * state.radius2;
-                for _ in 0..expected.round() as u64 {
-                    state.add(Some(Rgb::splat((expected / expected.round()) as f32)));
-                }
-                state.after_pass(alpha);
+                state.after_pass(&sum(expected.round() as u32, expected / expected.round()), alpha);
                 let density = state.irradiance(pass + 1).x * PI;
                 assert!((density / 50.0 - 1.0).abs() < 1e-5, "alpha {alpha}: {density}");
                 if expected < 2.0 {
@@ -159,8 +138,7 @@ mod tests {
         let mut state = GatherState::new(0.5);
         let mut log_product = 0.0;
         for pass in 0..100_000 {
-            (0..5).for_each(|_| state.add(Some(Rgb::ONE)));
-            state.after_pass(alpha);
+            state.after_pass(&sum(5, 1.0), alpha);
             let before = f64::from(pass) * alpha * m;
             log_product += ((before + alpha * m) / (before + m)).ln();
         }
@@ -170,10 +148,7 @@ mod tests {
     #[test]
     fn counts_beyond_32_bits_go_on_right() {
         let mut state = GatherState { photons: f64::from(u32::MAX) - 10.0, ..GatherState::new(1.0) };
-        for _ in 0..100 {
-            state.add(Some(Rgb::ONE));
-        }
-        state.after_pass(0.7);
+        state.after_pass(&sum(100, 1.0), 0.7);
         assert_eq!(state.photons, f64::from(u32::MAX) - 10.0 + 70.0);
         assert!(state.radius2 < 1.0);
     }
@@ -184,8 +159,7 @@ mod tests {
             let mut state = GatherState::new(1.0);
             for m in counts {
                 let before = state.radius2;
-                (0..m).for_each(|_| state.add(Some(Rgb::splat(0.3))));
-                state.after_pass(alpha);
+                state.after_pass(&sum(m, 0.3), alpha);
                 prop_assert!(state.radius2 <= before && state.radius2 > 0.0 && state.flux.is_finite());
             }
         }

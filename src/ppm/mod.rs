@@ -13,6 +13,7 @@
 pub mod camera_pass;
 mod develop;
 mod direct;
+mod facets;
 mod gather;
 mod hit_point;
 mod ledger;
@@ -23,7 +24,8 @@ mod statistics;
 
 pub use camera_pass::EyePass;
 pub use direct::DirectPass;
-pub use gather::received;
+pub use facets::Facets;
+pub use gather::{Found, received};
 pub use hit_point::{GatherState, HitPoint, PassSum};
 pub use ledger::Ledger;
 pub use photon_pass::{Photon, PhotonBatch};
@@ -37,7 +39,7 @@ use crate::bvh::{Sphere, SphereBvh};
 use crate::film::Image;
 use crate::math::Rgb;
 use crate::scene::Scene;
-use statistics::{Stopwatch, gathered};
+use statistics::Stopwatch;
 
 /// A render under way: the picture is there at any time, and every pass makes it better.
 pub struct Render<'s> {
@@ -46,6 +48,7 @@ pub struct Render<'s> {
     /// In the order of the tree, as are the states.
     hit_points: Vec<HitPoint>,
     states: Vec<GatherState>,
+    facets: Facets,
     tree: SphereBvh,
     direct: DirectPass,
     /// Lights that are seen directly, by pixel.
@@ -64,6 +67,7 @@ impl<'s> Render<'s> {
         let radius = settings.radius.unwrap_or_else(|| automatic_radius(&eye.hit_points));
         let (tree, hit_points) = build_tree(eye.hit_points, radius);
         let states = vec![GatherState::new(radius); hit_points.len()];
+        let facets = Facets::of(&hit_points);
         let tree_seconds = watch.lap();
         let direct = DirectPass::new(scene, &hit_points, settings.seed);
         let setup = SetupStatistics {
@@ -81,6 +85,7 @@ impl<'s> Render<'s> {
             settings,
             hit_points,
             states,
+            facets,
             tree,
             direct,
             emitted_light: eye.emitted,
@@ -90,7 +95,7 @@ impl<'s> Render<'s> {
         }
     }
 
-    /// One photon pass: trace, gather, shrink the radii, refit the tree.
+    /// One photon pass: trace the photons; gather them, shrink the radii and refit the tree.
     pub fn pass(&mut self) -> PassStatistics {
         let mut watch = Stopwatch::start();
         let mut phases = PhaseSeconds::default();
@@ -101,16 +106,10 @@ impl<'s> Render<'s> {
         phases.direct = watch.lap();
         let batch = photon_pass::trace(self.scene, &self.settings, self.passes);
         phases.trace = watch.lap();
-        gather::gather(&self.tree, &self.hit_points, &batch, &mut self.states);
+        let found =
+            gather::gather(&mut self.tree, &self.facets, &batch, self.settings.alpha, &mut self.states);
         self.emitted_photons += batch.ledger.emitted;
         phases.gather = watch.lap();
-        let found = gathered(&self.states);
-        let alpha = self.settings.alpha;
-        self.states.par_iter_mut().for_each(|state| state.after_pass(alpha));
-        phases.update = watch.lap();
-        let states = &self.states;
-        self.tree.refit(|position| states[position].radius() as f32);
-        phases.refit = watch.lap();
         self.passes += 1;
         let shadow_rays = self.direct.rays() - shadow_rays_before;
         self.statistics(phases, batch.ledger, found, shadow_rays)
@@ -161,10 +160,16 @@ impl<'s> Render<'s> {
         &self.tree
     }
 
+    /// The normals that photons are held against.
+    pub fn facets(&self) -> &Facets {
+        &self.facets
+    }
+
     /// Heap memory of hit points, statistics, tree and direct light, in bytes.
     pub fn memory_bytes(&self) -> usize {
         size_of_val(&*self.hit_points)
             + size_of_val(&*self.states)
+            + self.facets.memory_bytes()
             + self.tree.memory_bytes()
             + self.direct.memory_bytes()
             + size_of_val(&*self.emitted_light)

@@ -5,7 +5,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::{GatherState, Ledger, Render};
+use super::{Found, Ledger, Render};
 
 /// What the set-up of a render found and took.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -35,18 +35,14 @@ pub struct PhaseSeconds {
     pub direct: f64,
     /// Tracing photons.
     pub trace: f64,
-    /// Adding them to hit points.
+    /// Adding them to hit points, radius reduction and refitting the tree: one walk.
     pub gather: f64,
-    /// Radius reduction.
-    pub update: f64,
-    /// Refitting the tree.
-    pub refit: f64,
 }
 
 impl PhaseSeconds {
     /// The whole pass.
     pub fn total(&self) -> f64 {
-        self.direct + self.trace + self.gather + self.update + self.refit
+        self.direct + self.trace + self.gather
     }
 }
 
@@ -102,33 +98,24 @@ impl Stopwatch {
     }
 }
 
-/// Accepted and rejected photons of the running pass, over all hit points.
-pub(super) fn gathered(states: &[GatherState]) -> [u64; 2] {
-    states
-        .par_iter()
-        .map(|s| [u64::from(s.pass.accepted), u64::from(s.pass.rejected)])
-        .reduce(|| [0; 2], |a, b| [a[0] + b[0], a[1] + b[1]])
-}
-
-/// States that one task sums; fixed, so that the order of the sum is.
+/// Radii that one task sums; fixed, so that the order of the sum is.
 const CHUNK: usize = 1 << 14;
 
-fn radius_range(states: &[GatherState]) -> RadiusRange {
-    if states.is_empty() {
+fn radius_range(radii: &[f32]) -> RadiusRange {
+    if radii.is_empty() {
         return RadiusRange::default();
     }
-    let chunks: Vec<RadiusRange> = states.par_chunks(CHUNK).map(radii_of).collect();
+    let chunks: Vec<RadiusRange> = radii.par_chunks(CHUNK).map(range_and_sum).collect();
     let all = chunks.iter().copied().reduce(combine).unwrap_or_default();
-    RadiusRange { mean: all.mean / states.len() as f64, ..all }
+    RadiusRange { mean: all.mean / radii.len() as f64, ..all }
 }
 
 /// Of one chunk, with the sum in place of the mean.
-fn radii_of(states: &[GatherState]) -> RadiusRange {
-    let single = |state: &GatherState| {
-        let r = state.radius();
-        RadiusRange { min: r, mean: r, max: r }
-    };
-    states.iter().map(single).reduce(combine).unwrap_or_default()
+fn range_and_sum(radii: &[f32]) -> RadiusRange {
+    let min = radii.iter().copied().fold(f32::INFINITY, f32::min);
+    let max = radii.iter().copied().fold(0.0, f32::max);
+    let sum = radii.iter().map(|&r| f64::from(r)).sum();
+    RadiusRange { min: min.into(), mean: sum, max: max.into() }
 }
 
 fn combine(a: RadiusRange, b: RadiusRange) -> RadiusRange {
@@ -140,7 +127,7 @@ impl Render<'_> {
         &self,
         phases: PhaseSeconds,
         photons: Ledger,
-        [gathered, rejected_by_side]: [u64; 2],
+        found: Found,
         shadow_rays: u64,
     ) -> PassStatistics {
         PassStatistics {
@@ -149,10 +136,10 @@ impl Render<'_> {
             phases,
             rays: photons.rays + shadow_rays,
             photons,
-            gathered,
-            rejected_by_side,
+            gathered: found.accepted,
+            rejected_by_side: found.rejected,
             emitted_in_all: self.emitted_photons,
-            radius: radius_range(&self.states),
+            radius: radius_range(self.tree.radii()),
             memory_bytes: self.memory_bytes() as u64,
         }
     }

@@ -1,0 +1,247 @@
+//! Sixteen numbers at a time, by the widest instructions that the machine has.
+//!
+//! A [`Kernel`] is written once over any [`Lanes`]; [`Isa::run`] runs it with those of an instruction set that was found
+//! at run time. Every set gives the same bits: no operation rounds differently, none is fused.
+//!
+//! ```
+//! use caustica::simd::{Isa, Kernel, Lanes};
+//! struct CountBelow<'a>(&'a [f32], f32);
+//! impl Kernel for CountBelow<'_> {
+//!     type Output = u32;
+//!     #[inline(always)]
+//!     fn run<L: Lanes>(self, lanes: L) -> u32 {
+//!         lanes.le(lanes.load(self.0), lanes.splat(self.1)).count_ones()
+//!     }
+//! }
+//! let numbers: Vec<f32> = (0..16u8).map(f32::from).collect();
+//! for isa in Isa::available() {
+//!     assert_eq!(isa.run(CountBelow(&numbers, 4.0)), 5);
+//! }
+//! ```
+
+#![allow(unsafe_code)]
+#![warn(clippy::undocumented_unsafe_blocks)]
+
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
+mod lane_vec3;
+mod portable;
+
+use std::fmt;
+use std::sync::LazyLock;
+
+pub use lane_vec3::LaneVec3;
+
+use portable::Portable;
+
+/// How many lanes there are, whatever the machine.
+pub const LANES: usize = 16;
+
+/// One bit a lane, the first lane in the lowest.
+pub type Mask = u16;
+
+/// The first `n` lanes; all from [`LANES`] on.
+pub fn first_lanes(n: usize) -> Mask {
+    if n >= LANES { Mask::MAX } else { (1 << n) - 1 }
+}
+
+/// Operations on all lanes at once. A value of such a type proves that the machine has the instructions.
+pub trait Lanes: Copy {
+    /// Sixteen `f32`.
+    type F32: Copy;
+    /// Sixteen `f64`.
+    type F64: Copy;
+
+    /// The first sixteen numbers of `from`; 0 where there are fewer.
+    fn load(self, from: &[f32]) -> Self::F32;
+    /// Writes all lanes to the first sixteen places of `to`, which has as many.
+    fn store(self, lanes: Self::F32, to: &mut [f32]);
+    /// The same number in all lanes.
+    fn splat(self, x: f32) -> Self::F32;
+    /// `a + b`.
+    fn add(self, a: Self::F32, b: Self::F32) -> Self::F32;
+    /// `a - b`.
+    fn sub(self, a: Self::F32, b: Self::F32) -> Self::F32;
+    /// `a · b`.
+    fn mul(self, a: Self::F32, b: Self::F32) -> Self::F32;
+    /// `a / b`.
+    fn div(self, a: Self::F32, b: Self::F32) -> Self::F32;
+    /// Where `a <= b`; never for a NaN.
+    fn le(self, a: Self::F32, b: Self::F32) -> Mask;
+    /// Where `a < b`; never for a NaN.
+    fn lt(self, a: Self::F32, b: Self::F32) -> Mask;
+    /// `yes` in the lanes of `mask`, `no` in the others.
+    fn select(self, mask: Mask, yes: Self::F32, no: Self::F32) -> Self::F32;
+    /// The lanes of `mask`, moved together to the front; what follows them is unspecified.
+    fn compress(self, mask: Mask, lanes: Self::F32) -> Self::F32;
+    /// 0 in all lanes.
+    fn zero_f64(self) -> Self::F64;
+    /// `sum + x` in the lanes of `mask`, `sum` in the others.
+    fn add_where(self, mask: Mask, sum: Self::F64, x: Self::F32) -> Self::F64;
+    /// All lanes, as an array.
+    fn to_array_f64(self, lanes: Self::F64) -> [f64; LANES];
+}
+
+/// A computation for any instruction set.
+///
+/// `run` and whatever it calls on lanes are to be `#[inline(always)]`, and no closures: what is compiled on its own is
+/// compiled for no instruction set, and every operation in it becomes a call.
+pub trait Kernel {
+    /// What it computes.
+    type Output;
+    /// Computes it.
+    fn run<L: Lanes>(self, lanes: L) -> Self::Output;
+}
+
+/// An instruction set that this machine has.
+#[derive(Clone, Copy, Debug)]
+pub struct Isa(Set);
+
+#[derive(Clone, Copy, Debug)]
+enum Set {
+    Portable(Portable),
+    #[cfg(target_arch = "x86_64")]
+    Avx2(avx2::Avx2),
+    #[cfg(target_arch = "x86_64")]
+    Avx512(avx512::Avx512),
+}
+
+impl Isa {
+    /// The widest of [`Isa::available`].
+    pub fn best() -> Isa {
+        static BEST: LazyLock<Isa> = LazyLock::new(|| Isa::available().last().unwrap_or(Isa::portable()));
+        *BEST
+    }
+
+    /// All that this machine has, from the narrowest to the widest.
+    pub fn available() -> impl Iterator<Item = Isa> {
+        let portable = Some(Set::Portable(Portable));
+        #[cfg(target_arch = "x86_64")]
+        let vector = [avx2::Avx2::detect().map(Set::Avx2), avx512::Avx512::detect().map(Set::Avx512)];
+        #[cfg(not(target_arch = "x86_64"))]
+        let vector = [None; 0];
+        [portable].into_iter().chain(vector).flatten().map(Isa)
+    }
+
+    /// The one that every machine has.
+    pub fn portable() -> Isa {
+        Isa(Set::Portable(Portable))
+    }
+
+    /// Runs a kernel with the instructions of this set.
+    pub fn run<K: Kernel>(self, kernel: K) -> K::Output {
+        match self.0 {
+            Set::Portable(lanes) => kernel.run(lanes),
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx2(lanes) => lanes.run(kernel),
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx512(lanes) => lanes.run(kernel),
+        }
+    }
+}
+
+impl fmt::Display for Isa {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(match self.0 {
+            Set::Portable(_) => "portable",
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx2(_) => "AVX2",
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx512(_) => "AVX-512",
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Everything that lanes can do with `a`, `b` and a mask, as bits.
+    struct Everything<'a> {
+        a: &'a [f32],
+        b: &'a [f32],
+        mask: Mask,
+    }
+
+    impl Kernel for Everything<'_> {
+        type Output = (Vec<[u32; LANES]>, Vec<Mask>, [u64; LANES]);
+
+        #[inline(always)]
+        fn run<L: Lanes>(self, lanes: L) -> Self::Output {
+            let (a, b) = (lanes.load(self.a), lanes.load(self.b));
+            let stored = |x| {
+                let mut out = [f32::NAN; LANES];
+                lanes.store(x, &mut out);
+                out.map(f32::to_bits)
+            };
+            let compressed = stored(lanes.compress(self.mask, a));
+            let kept =
+                std::array::from_fn(|k| if k < self.mask.count_ones() as usize { compressed[k] } else { 0 });
+            let numbers = [
+                lanes.add(a, b),
+                lanes.sub(a, b),
+                lanes.mul(a, b),
+                lanes.div(a, b),
+                lanes.select(self.mask, a, b),
+                lanes.splat(self.b.first().copied().unwrap_or(1.0)),
+            ];
+            let mut numbers: Vec<_> = numbers.map(stored).map(without_nan_payload).to_vec();
+            numbers.push(kept);
+            let sum = lanes.add_where(self.mask, lanes.zero_f64(), a);
+            let sum = lanes.add_where(!self.mask.rotate_left(3), sum, b);
+            let sums = lanes.to_array_f64(sum).map(|x| if x.is_nan() { 0 } else { x.to_bits() });
+            (numbers, vec![lanes.le(a, b), lanes.lt(a, b)], sums)
+        }
+    }
+
+    /// Which NaN comes out of NaNs is nobody's promise.
+    fn without_nan_payload(bits: [u32; LANES]) -> [u32; LANES] {
+        bits.map(|x| if f32::from_bits(x).is_nan() { f32::NAN.to_bits() } else { x })
+    }
+
+    fn numbers() -> impl Strategy<Value = Vec<f32>> {
+        prop::collection::vec(
+            prop_oneof![any::<f32>(), -2f32..2.0, Just(0.0), Just(1.0), Just(f32::NAN)],
+            0..20,
+        )
+    }
+
+    proptest! {
+        #[test]
+        fn all_sets_give_the_same_bits(a in numbers(), b in numbers(), mask: Mask) {
+            let expected = Isa::portable().run(Everything { a: &a, b: &b, mask });
+            for isa in Isa::available() {
+                prop_assert_eq!(&isa.run(Everything { a: &a, b: &b, mask }), &expected, "{}", isa);
+            }
+        }
+
+        /// The portable set against plain arithmetic.
+        #[test]
+        fn lanes_do_what_their_names_say(a in -9f32..9.0, b in -9f32..9.0, lane in 0usize..LANES) {
+            let at = |x: f32| { let mut all = vec![3.0; LANES]; all[lane] = x; all };
+            let mask = 1 << lane;
+            let (numbers, masks, sums) = Isa::portable().run(Everything { a: &at(a), b: &at(b), mask });
+            let lanes: Vec<f32> = numbers.iter().map(|n| f32::from_bits(n[lane])).collect();
+            prop_assert_eq!(&lanes[..5], &[a + b, a - b, a * b, a / b, a]);
+            prop_assert_eq!(f32::from_bits(numbers[6][0]), a);
+            prop_assert_eq!((masks[0] & mask != 0, masks[1] & mask != 0), (a <= b, a < b));
+            let second = (!mask.rotate_left(3) >> lane) & 1 == 1;
+            prop_assert_eq!(f64::from_bits(sums[lane]), f64::from(a) + if second { f64::from(b) } else { 0.0 });
+        }
+    }
+
+    #[test]
+    fn first_lanes_are_counted_from_below() {
+        assert_eq!([0, 1, 5, 16, 99].map(first_lanes), [0, 1, 0b1_1111, 0xFFFF, 0xFFFF]);
+    }
+
+    #[test]
+    fn the_best_set_is_the_last_one_found() {
+        let names: Vec<String> = Isa::available().map(|isa| isa.to_string()).collect();
+        assert_eq!(names[0], "portable");
+        assert_eq!(Isa::best().to_string(), names[names.len() - 1]);
+    }
+}
