@@ -16,6 +16,7 @@ mod surface;
 mod tracer;
 pub mod water;
 
+pub use crate::embree::Coherence;
 pub use desc::{CameraDesc, FilmDesc, Material, PointLightDesc, RenderDesc, SceneDesc, SphereDesc};
 pub use direct::DirectLight;
 pub use error::SceneError;
@@ -25,7 +26,7 @@ pub use surface::{Receiver, SurfaceHit};
 pub use tracer::{Traversal, TraversalError};
 
 use surface::Surface;
-use tracer::Tracer;
+use tracer::{PACKET, Tracer};
 
 use crate::bsdf::{Scattering, Transport};
 use crate::camera::Camera;
@@ -51,6 +52,30 @@ impl Scene {
         let hit = self.rays.intersect(ray)?;
         let surface = self.surfaces[hit.geometry as usize].at(ray, &hit);
         Some(SurfaceHit::new(ray, hit.t, surface))
+    }
+
+    /// Calls `visit(k, hit)` with the nearest surface along `rays[k]`, in increasing order of those `k` that meet one.
+    ///
+    /// Faster than asking ray by ray, most of all where neighbours in `rays` start and point alike
+    /// ([`Coherence::Coherent`]). The hits are those of [`Scene::intersect`] up to ties and rounding, and the same
+    /// whenever the same rays come in the same order.
+    pub fn intersect_all(
+        &self,
+        rays: &[Ray],
+        coherence: Coherence,
+        mut visit: impl FnMut(usize, &SurfaceHit),
+    ) {
+        let mut hits = [None; PACKET];
+        for (packet, rays) in rays.chunks(PACKET).enumerate() {
+            let hits = &mut hits[..rays.len()];
+            self.rays.intersect_all(rays, hits, coherence);
+            for (lane, (ray, hit)) in rays.iter().zip(hits).enumerate() {
+                if let Some(hit) = hit {
+                    let surface = self.surfaces[hit.geometry as usize].at(ray, hit);
+                    visit(packet * PACKET + lane, &SurfaceHit::new(ray, hit.t, surface));
+                }
+            }
+        }
     }
 
     /// Whether anything lies on `ray`; shadow rays take water and glass for opaque.

@@ -3,7 +3,7 @@ use std::fmt;
 use super::SphereDesc;
 use super::surface::Surface;
 use crate::bvh::{self, RayBvh, RayBvhBuilder, RayBvhError};
-use crate::embree::{self, Device, EmbreeError, SceneBuilder};
+use crate::embree::{self, Coherence, Device, EmbreeError, PacketWidth, SceneBuilder};
 use crate::math::{Ray, Vec3};
 
 /// Who answers what a ray hits.
@@ -42,6 +42,9 @@ pub(super) enum Tracer {
     Embree(embree::Scene),
     Custom(RayBvh),
 }
+
+/// Rays that Embree traces at a time.
+pub(super) const PACKET: usize = 16;
 
 /// Where a ray first meets a surface, whoever found it; see [`embree::Hit`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -104,6 +107,30 @@ impl Tracer {
         }
     }
 
+    /// [`Tracer::intersect`] for every ray, up to ties and rounding: `hits[k]` is that of `rays[k]`.
+    ///
+    /// Both have the same length. Packets are of [`PACKET`] rays from the first on: which rays share one can change
+    /// the last bit of a hit, so whoever wants the same bytes twice asks for the same rays in the same order.
+    pub fn intersect_all(&self, rays: &[Ray], hits: &mut [Option<Hit>], coherence: Coherence) {
+        match self {
+            Tracer::Embree(scene) => {
+                let mut packet = [None; PACKET];
+                for (rays, hits) in rays.chunks(PACKET).zip(hits.chunks_mut(PACKET)) {
+                    let found = &mut packet[..rays.len()];
+                    scene.intersect_packets(rays, found, PacketWidth::Sixteen, coherence);
+                    for (hit, found) in hits.iter_mut().zip(found) {
+                        *hit = found.map(Hit::from);
+                    }
+                }
+            }
+            Tracer::Custom(tree) => {
+                for (hit, ray) in hits.iter_mut().zip(rays) {
+                    *hit = tree.intersect(ray).map(Hit::from);
+                }
+            }
+        }
+    }
+
     pub fn occluded(&self, ray: &Ray) -> bool {
         match self {
             Tracer::Embree(scene) => scene.occluded(ray),
@@ -123,5 +150,54 @@ impl From<bvh::RayHit> for Hit {
     fn from(hit: bvh::RayHit) -> Hit {
         let bvh::RayHit { t, u, v, ng, geometry, primitive } = hit;
         Hit { t, u, v, ng, geometry, primitive }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::{Rng, Stream, warp};
+
+    fn point_in_cube(rng: &mut Rng) -> Vec3 {
+        2.0 * Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32()) - 1.0
+    }
+
+    fn balls() -> Vec<Surface> {
+        let mut rng = Rng::new(1, Stream::Test, 0, 0);
+        let ball = |_| SphereDesc { center: point_in_cube(&mut rng), radius: 0.3, material: 0 };
+        vec![Surface::Spheres((0..20).map(ball).collect())]
+    }
+
+    fn random_rays(count: u64) -> Vec<Ray> {
+        let ray = |index| {
+            let mut rng = Rng::new(2, Stream::Test, 0, index);
+            Ray::new(2.0 * point_in_cube(&mut rng), warp::square_to_uniform_sphere(rng.next_vec2()))
+        };
+        (0..count).map(ray).collect()
+    }
+
+    /// Every length of the last packet; whatever the slots held before must not show.
+    #[test]
+    fn many_rays_hit_what_single_ones_hit() {
+        let same = |a: &Hit, b: &Hit| {
+            (a.geometry, a.primitive) == (b.geometry, b.primitive) && (a.t - b.t).abs() < 1e-5
+        };
+        let agree = |a: &Option<Hit>, b: &Option<Hit>| match (a, b) {
+            (Some(a), Some(b)) => same(a, b),
+            (a, b) => a.is_none() && b.is_none(),
+        };
+        for traversal in [Traversal::Embree, Traversal::Custom] {
+            let tracer = Tracer::new(&balls(), traversal).unwrap();
+            for count in (0..2 * PACKET as u64 + 2).chain([1000]) {
+                let rays = random_rays(count);
+                let single: Vec<Option<Hit>> = rays.iter().map(|ray| tracer.intersect(ray)).collect();
+                for coherence in [Coherence::Coherent, Coherence::Incoherent] {
+                    let mut hits: Vec<Option<Hit>> = single.iter().rev().copied().collect();
+                    tracer.intersect_all(&rays, &mut hits, coherence);
+                    assert!(hits.iter().zip(&single).all(|(a, b)| agree(a, b)), "{traversal}, {count} rays");
+                }
+                assert!(count < 1000 || (100..900).contains(&single.iter().flatten().count()));
+            }
+        }
     }
 }
