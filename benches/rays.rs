@@ -65,7 +65,7 @@ impl Rays {
 fn bounce(hit: &SurfaceHit, index: u64) -> Ray {
     let mut rng = Rng::new(1, Stream::Test, 0, index);
     let (wi, _) = sample_diffuse(DiffuseSampling::Cosine, hit.wo_local(), &mut rng);
-    let dir = hit.frame.to_world(wi);
+    let dir = hit.frame().to_world(wi);
     Ray::new(offset_origin(hit.p, hit.p_error, hit.ng, dir), dir)
 }
 

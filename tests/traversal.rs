@@ -84,7 +84,7 @@ impl Tally {
             let (wi, _) = sample_diffuse(DiffuseSampling::Cosine, hit.wo_local(), rng);
             // Every other bounce goes through the surface, so that spheres and water are seen from inside.
             let through = if rng.next_f32() < 0.5 { -1.0 } else { 1.0 };
-            let dir = through * hit.frame.to_world(wi);
+            let dir = through * hit.frame().to_world(wi);
             ray = Ray::new(offset_origin(hit.p, hit.p_error, receiver.ng, dir), dir);
         }
     }

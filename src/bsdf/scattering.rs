@@ -81,6 +81,11 @@ pub enum Choice {
 }
 
 impl Scattering {
+    /// Of a surface without specular lobes.
+    pub fn diffuse(albedo: Rgb) -> Scattering {
+        Scattering { albedo, lobes: [None, None] }
+    }
+
     /// Lobes without any share are left out: they contribute nothing.
     pub fn new(albedo: Rgb, lobes: [Option<SpecularLobe>; 2]) -> Scattering {
         Scattering { albedo, lobes: lobes.map(|lobe| lobe.filter(|l| l.share.max_element() > 0.0)) }

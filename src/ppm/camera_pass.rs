@@ -112,7 +112,7 @@ impl EyeTree<'_> {
         }
         for lobe in scattering.specular() {
             let weight = path.weight * lobe.weight();
-            let Some(ray) = hit.continue_along(lobe.event, hit.frame.to_world(lobe.wi)) else { continue };
+            let Some(ray) = hit.continue_along(lobe.event, hit.frame().to_world(lobe.wi)) else { continue };
             if path.depth < self.depth {
                 branches.push(EyePath { ray, weight, length, depth: path.depth + 1 });
             } else {

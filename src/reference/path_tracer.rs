@@ -141,7 +141,7 @@ impl EyePath {
                 (Event::Diffuse, wi, factor, Transport::Radiance)
             }
         };
-        let ray = hit.continue_along(event, hit.frame.to_world(wi))?;
+        let ray = hit.continue_along(event, hit.frame().to_world(wi))?;
         Some(EyePath { ray, throughput: self.throughput * factor, transport, after: Some(event) })
     }
 }

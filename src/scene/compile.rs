@@ -43,7 +43,7 @@ fn camera(desc: &SceneDesc) -> Camera {
 /// The order of the surfaces is that of the ray tracer's geometry numbers.
 fn surfaces(meshes: Vec<Mesh>, spheres: Vec<SphereDesc>) -> Vec<Surface> {
     let spheres = (!spheres.is_empty()).then_some(Surface::Spheres(spheres));
-    meshes.into_iter().map(Surface::Mesh).chain(spheres).collect()
+    meshes.into_iter().map(Surface::of_mesh).chain(spheres).collect()
 }
 
 fn lights(desc: &SceneDesc) -> Lights {

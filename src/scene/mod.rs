@@ -28,7 +28,7 @@ pub use tracer::{Traversal, TraversalError};
 use surface::Surface;
 use tracer::{PACKET, Tracer};
 
-use crate::bsdf::{Scattering, Transport};
+use crate::bsdf::{Bsdf, Scattering, Transport};
 use crate::camera::Camera;
 use crate::light::Lights;
 use crate::math::{Aabb, Ray, Rgb};
@@ -95,12 +95,21 @@ impl Scene {
 
     /// All lobes of the surface at `hit` for a path that arrives there.
     pub fn scatter(&self, hit: &SurfaceHit, transport: Transport) -> Scattering {
-        self.materials[hit.material as usize].bsdf.scatter(hit.wo_local(), transport)
+        match &self.materials[hit.material as usize].bsdf {
+            // The frame is the dearest part, and a diffuse surface has no use for it.
+            Bsdf::Diffuse { albedo } => Scattering::diffuse(*albedo),
+            bsdf => bsdf.scatter(hit.wo_local(), transport),
+        }
     }
 
     /// The radiance that the surface itself sends along `wo`: one-sided.
     pub fn emission(&self, hit: &SurfaceHit) -> Rgb {
         if hit.is_front() { self.materials[hit.material as usize].emission } else { Rgb::ZERO }
+    }
+
+    /// How many triangles and spheres there are.
+    pub fn primitives(&self) -> usize {
+        self.surfaces.iter().map(Surface::primitives).sum()
     }
 
     /// The materials, by number.

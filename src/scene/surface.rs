@@ -1,3 +1,6 @@
+use rayon::prelude::*;
+
+use super::mesh::geometric_normal;
 use super::tracer::Hit;
 use super::{Mesh, SphereDesc};
 use crate::bsdf::Event;
@@ -6,8 +9,24 @@ use crate::math::{Aabb, Frame, RELATIVE_POSITION_ERROR, Ray, Vec3, offset_origin
 /// The triangles or spheres behind one geometry of the ray tracer.
 #[derive(Debug)]
 pub(super) enum Surface {
-    Mesh(Mesh),
+    Mesh(Mesh, Vec<Facet>),
     Spheres(Vec<SphereDesc>),
+}
+
+/// What of a triangle is the same wherever it is hit.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Facet {
+    ng: Vec3,
+    p_error: f32,
+}
+
+impl Facet {
+    fn of(corners: [Vec3; 3]) -> Facet {
+        let largest = corners.iter().fold(0.0, |m: f32, c| m.max(c.abs().max_element()));
+        // Turns -0 into 0: a frame around the normal turns on it.
+        let ng = geometric_normal(corners).unwrap_or(Vec3::Y) + Vec3::ZERO;
+        Facet { ng, p_error: RELATIVE_POSITION_ERROR * largest }
+    }
 }
 
 /// Where and how a surface was hit.
@@ -21,17 +40,29 @@ pub(super) struct Geometry {
 }
 
 impl Surface {
+    pub fn of_mesh(mesh: Mesh) -> Surface {
+        let facets = (0..mesh.triangles.len()).into_par_iter().map(|k| Facet::of(mesh.corners(k))).collect();
+        Surface::Mesh(mesh, facets)
+    }
+
     /// The surface at a hit of the ray tracer.
     pub fn at(&self, ray: &Ray, hit: &Hit) -> Geometry {
         match self {
-            Surface::Mesh(mesh) => on_triangle(mesh, hit),
+            Surface::Mesh(mesh, facets) => on_triangle(mesh, &facets[hit.primitive as usize], hit),
             Surface::Spheres(spheres) => on_sphere(&spheres[hit.primitive as usize], ray.at(hit.t)),
+        }
+    }
+
+    pub fn primitives(&self) -> usize {
+        match self {
+            Surface::Mesh(mesh, _) => mesh.triangles.len(),
+            Surface::Spheres(spheres) => spheres.len(),
         }
     }
 
     pub fn bounds(&self) -> Aabb {
         match self {
-            Surface::Mesh(mesh) => Aabb::of_points(mesh.vertices.iter().copied()),
+            Surface::Mesh(mesh, _) => Aabb::of_points(mesh.vertices.iter().copied()),
             Surface::Spheres(spheres) => {
                 spheres.iter().map(|s| Aabb::of_sphere(s.center, s.radius)).fold(Aabb::EMPTY, Aabb::union)
             }
@@ -40,20 +71,17 @@ impl Surface {
 }
 
 /// The point from its barycentric weights: its error does not grow with the length of the ray.
-fn on_triangle(mesh: &Mesh, hit: &Hit) -> Geometry {
+fn on_triangle(mesh: &Mesh, facet: &Facet, hit: &Hit) -> Geometry {
     let triangle = mesh.triangles[hit.primitive as usize];
     let weigh = |of: &[Vec3]| {
         let [a, b, c] = triangle.map(|i| of[i as usize]);
         (1.0 - hit.u - hit.v) * a + hit.u * b + hit.v * c
     };
-    let corners = triangle.map(|i| mesh.vertices[i as usize]);
-    let largest = corners.iter().fold(0.0, |m: f32, c| m.max(c.abs().max_element()));
-    // Turns -0 into 0: which one a ray tracer finds is chance, but a frame around the normal turns on it.
-    let ng = hit.ng.normalize() + Vec3::ZERO;
+    let Facet { ng, p_error } = *facet;
     let ns = mesh.normals.as_ref().and_then(|normals| weigh(normals).try_normalize());
     Geometry {
         p: weigh(&mesh.vertices),
-        p_error: RELATIVE_POSITION_ERROR * largest,
+        p_error,
         ng,
         ns: ns.unwrap_or(ng),
         material: mesh.materials[hit.primitive as usize],
@@ -105,8 +133,8 @@ pub struct SurfaceHit {
     pub t: f32,
     /// Geometric normal, unit, outward: by the winding of a triangle, away from a sphere's centre.
     pub ng: Vec3,
-    /// The frame around the shading normal that is seen along `wo`; it lies on the side of `ng`.
-    pub frame: Frame,
+    /// The shading normal that is seen along `wo`; it lies on the side of `ng`.
+    pub normal: Vec3,
     /// The shading normal as the mesh has it.
     ns: Vec3,
     /// Back along the ray, unit.
@@ -119,12 +147,17 @@ impl SurfaceHit {
     pub(super) fn new(ray: &Ray, t: f32, surface: Geometry) -> SurfaceHit {
         let Geometry { p, p_error, ng, ns, material } = surface;
         let wo = -ray.dir.normalize();
-        SurfaceHit { p, p_error, t, ng, frame: Frame::around(seen_normal(ns, ng, wo)), ns, wo, material }
+        SurfaceHit { p, p_error, t, ng, normal: seen_normal(ns, ng, wo), ns, wo, material }
+    }
+
+    /// The frame around [`SurfaceHit::normal`].
+    pub fn frame(&self) -> Frame {
+        Frame::around(self.normal)
     }
 
     /// `wo` in the shading frame.
     pub fn wo_local(&self) -> Vec3 {
-        self.frame.to_local(self.wo)
+        self.frame().to_local(self.wo)
     }
 
     /// Whether the ray came from the outer side, that of `ng`.
@@ -135,7 +168,7 @@ impl SurfaceHit {
     /// The surface as it is seen along `wo`.
     pub fn receiver(&self) -> Receiver {
         let side = if self.is_front() { 1.0 } else { -1.0 };
-        Receiver { p: self.p, p_error: self.p_error, ng: side * self.ng, ns: side * self.frame.normal }
+        Receiver { p: self.p, p_error: self.p_error, ng: side * self.ng, ns: side * self.normal }
     }
 
     /// The ray that goes on in the world direction `dir` after `event`.
@@ -157,10 +190,13 @@ impl SurfaceHit {
     /// # Source
     /// Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, section 5.3.
     pub fn adjoint_correction(&self, event: Event, dir: Vec3) -> f32 {
+        if self.ns == self.ng {
+            return 1.0;
+        }
         match event {
             Event::Diffuse => foreshortening(seen_normal(self.ns, self.ng, dir), self.ng, self.wo),
             Event::Reflection | Event::Transmission => {
-                let ns = self.frame.normal;
+                let ns = self.normal;
                 foreshortening(ns, self.ng, self.wo) / foreshortening(ns, self.ng, dir)
             }
         }

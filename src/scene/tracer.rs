@@ -4,7 +4,7 @@ use super::SphereDesc;
 use super::surface::Surface;
 use crate::bvh::{self, RayBvh, RayBvhBuilder, RayBvhError};
 use crate::embree::{self, Coherence, Device, EmbreeError, PacketWidth, SceneBuilder};
-use crate::math::{Ray, Vec3};
+use crate::math::Ray;
 
 /// Who answers what a ray hits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -52,7 +52,6 @@ pub(super) struct Hit {
     pub t: f32,
     pub u: f32,
     pub v: f32,
-    pub ng: Vec3,
     pub geometry: u32,
     pub primitive: u32,
 }
@@ -69,7 +68,7 @@ impl Tracer {
         let mut builder = SceneBuilder::new(&Device::new()?)?;
         for surface in surfaces {
             match surface {
-                Surface::Mesh(mesh) => builder.add_triangles(&mesh.vertices, &mesh.triangles)?,
+                Surface::Mesh(mesh, _) => builder.add_triangles(&mesh.vertices, &mesh.triangles)?,
                 Surface::Spheres(spheres) => {
                     let ball = |s: &SphereDesc| embree::Sphere { center: s.center, radius: s.radius };
                     builder.add_spheres(&spheres.iter().map(ball).collect::<Vec<_>>())?
@@ -83,7 +82,7 @@ impl Tracer {
         let mut builder = RayBvhBuilder::new();
         for surface in surfaces {
             match surface {
-                Surface::Mesh(mesh) => builder.add_triangles(&mesh.vertices, &mesh.triangles)?,
+                Surface::Mesh(mesh, _) => builder.add_triangles(&mesh.vertices, &mesh.triangles)?,
                 Surface::Spheres(spheres) => {
                     let ball = |s: &SphereDesc| bvh::Sphere { center: s.center, radius: s.radius };
                     builder.add_spheres(&spheres.iter().map(ball).collect::<Vec<_>>())?
@@ -141,22 +140,22 @@ impl Tracer {
 
 impl From<embree::Hit> for Hit {
     fn from(hit: embree::Hit) -> Hit {
-        let embree::Hit { t, u, v, ng, geometry, primitive } = hit;
-        Hit { t, u, v, ng, geometry, primitive }
+        let embree::Hit { t, u, v, geometry, primitive, .. } = hit;
+        Hit { t, u, v, geometry, primitive }
     }
 }
 
 impl From<bvh::RayHit> for Hit {
     fn from(hit: bvh::RayHit) -> Hit {
-        let bvh::RayHit { t, u, v, ng, geometry, primitive } = hit;
-        Hit { t, u, v, ng, geometry, primitive }
+        let bvh::RayHit { t, u, v, geometry, primitive, .. } = hit;
+        Hit { t, u, v, geometry, primitive }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::{Rng, Stream, warp};
+    use crate::math::{Rng, Stream, Vec3, warp};
 
     fn point_in_cube(rng: &mut Rng) -> Vec3 {
         2.0 * Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32()) - 1.0
