@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use caustica::bsdf::{Bsdf, DiffuseSampling};
 use caustica::math::{DVec3, Rgb, Vec3};
-use caustica::ppm::{Render, Settings, photon_pass};
+use caustica::ppm::{PhotonBatch, PhotonPass, Render, Settings};
 use caustica::scene::{CameraDesc, FilmDesc, Material, Mesh, PointLightDesc, RenderDesc, Scene, SceneDesc};
 
 const INTENSITY: f32 = 1000.0;
@@ -13,6 +13,11 @@ const LIGHT_HEIGHT: f64 = 10.0;
 const GREY: Bsdf = Bsdf::Diffuse { albedo: Rgb::splat(0.5) };
 /// Light that bounces off it does not count.
 const NEARLY_BLACK: Bsdf = Bsdf::Diffuse { albedo: Rgb::splat(1e-3) };
+
+/// The photons of the first pass.
+fn traced(scene: &Scene, settings: &Settings) -> PhotonBatch {
+    PhotonPass::default().trace(scene, settings, 0).clone()
+}
 
 /// A horizontal square at height `y`, seen from above along its normal (`up`) or from below.
 fn sheet(y: f32, half: f32, up: bool, material: u32) -> Mesh {
@@ -77,7 +82,7 @@ fn assert_close(found: f64, expected: f64, tolerance: f64) {
 #[test]
 fn direct_light_is_not_stored() {
     let scene = lit_floor(GREY, far_away(), GREY);
-    let batch = photon_pass::trace(&scene, &Settings::of_scene(scene.render()), 0);
+    let batch = traced(&scene, &Settings::of_scene(scene.render()));
     assert_eq!(batch.ledger.deposited, 0);
     assert!(batch.ledger.absorbed > 0 && batch.ledger.escaped > 0);
     assert_eq!(batch.ledger.emitted, 2_000_000, "photons that hit nothing count as emitted");
@@ -112,7 +117,7 @@ fn both_samplings_keep_the_energy_of_a_bounce() {
     let scene = lit_floor(GREY, sheet(20.0, 200.0, false, 1), GREY);
     let [cosine, uniform] = [DiffuseSampling::Cosine, DiffuseSampling::Uniform].map(|sampling| {
         let settings = Settings { sampling, photons: 400_000, ..Settings::of_scene(scene.render()) };
-        let batch = photon_pass::trace(&scene, &settings, 0);
+        let batch = traced(&scene, &settings);
         batch.photons.iter().map(|p| f64::from(p.power.x)).sum::<f64>()
     });
     assert_close(uniform, cosine, 0.01);
@@ -125,7 +130,7 @@ fn both_samplings_keep_the_energy_of_a_bounce() {
 fn colour_of_a_bounce_is_the_albedo() {
     let red = Bsdf::Diffuse { albedo: Rgb::new(0.8, 0.4, 0.1) };
     let scene = lit_floor(GREY, sheet(20.0, 200.0, false, 1), red);
-    let batch = photon_pass::trace(&scene, &Settings::of_scene(scene.render()), 0);
+    let batch = traced(&scene, &Settings::of_scene(scene.render()));
     let grey_then_red = batch.photons.iter().find(|p| (p.power.y / p.power.x - 0.5).abs() < 1e-5);
     assert!(grey_then_red.is_some_and(|p| (p.power.z / p.power.x - 0.125).abs() < 1e-5));
 }

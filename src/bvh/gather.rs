@@ -97,8 +97,7 @@ pub(super) fn gather<G: Gatherer>(
         return G::Tally::default();
     }
     let (part, centers) = bvh.parts(states);
-    let list = isa.run(PointLists::of(points).inside(&part.nodes[0].bounds));
-    Descent { gatherer, isa, centers }.in_parallel(part, list).tally
+    Descent { gatherer, isa, centers }.in_parallel(part, PointLists::of(points)).tally
 }
 
 struct Descent<'a, G> {
@@ -114,7 +113,7 @@ struct Outcome<T> {
 }
 
 impl<G: Gatherer> Descent<'_, G> {
-    /// Descends with the points of `list`, all inside the box of the part's root.
+    /// Descends with the points of `list`: all that are inside the box of the part's root, and maybe others.
     fn in_parallel(&self, mut part: Part<G::State>, list: PointLists) -> Outcome<G::Tally> {
         let n = list.len();
         let small = n <= TASK_POINTS || part.states.len() * n <= TASK_PAIRS;

@@ -21,6 +21,7 @@ pub mod photon_pass;
 mod radius;
 mod settings;
 mod statistics;
+mod wavefront;
 
 pub use camera_pass::EyePass;
 pub use direct::DirectPass;
@@ -28,7 +29,7 @@ pub use facets::Facets;
 pub use gather::{Found, received};
 pub use hit_point::{GatherState, HitPoint, PassSum};
 pub use ledger::Ledger;
-pub use photon_pass::{Photon, PhotonBatch};
+pub use photon_pass::{Photon, PhotonBatch, PhotonPass};
 pub use radius::automatic_radius;
 pub use settings::Settings;
 pub use statistics::{PassStatistics, PhaseSeconds, RadiusRange, SetupStatistics};
@@ -51,6 +52,7 @@ pub struct Render<'s> {
     facets: Facets,
     tree: SphereBvh,
     direct: DirectPass,
+    photon_pass: PhotonPass,
     /// Lights that are seen directly, by pixel.
     emitted_light: Vec<Rgb>,
     emitted_photons: u64,
@@ -88,6 +90,7 @@ impl<'s> Render<'s> {
             facets,
             tree,
             direct,
+            photon_pass: PhotonPass::default(),
             emitted_light: eye.emitted,
             emitted_photons: 0,
             passes: 0,
@@ -104,15 +107,16 @@ impl<'s> Render<'s> {
             self.direct.add_pass(self.scene, &self.hit_points, self.settings.seed);
         }
         phases.direct = watch.lap();
-        let batch = photon_pass::trace(self.scene, &self.settings, self.passes);
+        let batch = self.photon_pass.trace(self.scene, &self.settings, self.passes);
         phases.trace = watch.lap();
+        let ledger = batch.ledger;
         let found =
-            gather::gather(&mut self.tree, &self.facets, &batch, self.settings.alpha, &mut self.states);
-        self.emitted_photons += batch.ledger.emitted;
+            gather::gather(&mut self.tree, &self.facets, batch, self.settings.alpha, &mut self.states);
+        self.emitted_photons += ledger.emitted;
         phases.gather = watch.lap();
         self.passes += 1;
         let shadow_rays = self.direct.rays() - shadow_rays_before;
-        self.statistics(phases, batch.ledger, found, shadow_rays)
+        self.statistics(phases, ledger, found, shadow_rays)
     }
 
     /// The picture of all light found so far (radiance).
@@ -165,13 +169,14 @@ impl<'s> Render<'s> {
         &self.facets
     }
 
-    /// Heap memory of hit points, statistics, tree and direct light, in bytes.
+    /// Heap memory of hit points, statistics, tree, direct light and photons, in bytes.
     pub fn memory_bytes(&self) -> usize {
         size_of_val(&*self.hit_points)
             + size_of_val(&*self.states)
             + self.facets.memory_bytes()
             + self.tree.memory_bytes()
             + self.direct.memory_bytes()
+            + self.photon_pass.memory_bytes()
             + size_of_val(&*self.emitted_light)
     }
 }
