@@ -6,10 +6,10 @@ CAUSTICA := $(TARGET)/release/caustica
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup build render test lint check-docs bench install clean
+.PHONY: help setup build render test lint check-docs bench instructions install clean
 
 help: ## List these targets
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' Makefile
 
 setup: ## Get what the build needs: compiler, libclang, Rust, Embree 4
 	@scripts/setup.sh
@@ -41,6 +41,9 @@ bench: build data/surface.obj ## Measure the photon pass and the gathering, in a
 	mkdir -p out
 	$(CAUSTICA) bench --pass data/course_diffuse.toml --html out/bench_pass.html
 	$(CAUSTICA) bench --gather --points 1e5,1e6 --radii 0.1,0.4,1,5 --repetitions 3 --html out/bench_gather.html
+
+instructions: setup ## Count the instructions of kernels by callgrind
+	scripts/count_instructions.py
 
 # The system's Embree and that of EMBREE_DIR stay where they are; the private one goes along.
 install: build ## Install into PREFIX (/usr/local)
