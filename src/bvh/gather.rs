@@ -242,6 +242,7 @@ mod tests {
     use super::*;
     use crate::bvh::test_sets::{Layout, Radii, on_threads, points_around, sphere_set, spheres};
     use crate::bvh::{Sphere, SphereBvh};
+    use crate::math::{Rng, Stream};
     use proptest::prelude::*;
 
     type Visits = Vec<Vec<(usize, usize)>>;
@@ -374,6 +375,60 @@ mod tests {
             let radii = bvh.radii().to_vec();
             refitted.refit(|position| radii[position]);
             assert!(refitted.nodes() == bvh.nodes(), "{layout:?}");
+        }
+    }
+
+    /// Counts the points of all lists that reach a leaf: the work of a walk, without its noise.
+    struct CountWork;
+
+    impl Gatherer for CountWork {
+        type State = ();
+        type Task = u64;
+        type Tally = u64;
+
+        fn begin(&self, _: &[u32]) -> u64 {
+            0
+        }
+
+        #[inline(always)]
+        fn meet<L: Lanes>(&self, _: L, work: &mut u64, leaf: Leaf<()>) -> super::Radii {
+            *work += leaf.points.len() as u64;
+            super::Radii::Kept
+        }
+
+        fn end(&self, work: u64) -> u64 {
+            work
+        }
+    }
+
+    /// The criterion for building anew: building takes as long as a dozen gatherings, so a render's tree is to be kept
+    /// while a walk through it costs less than a fifth more than through a new one. That it does, whether all radii
+    /// shrink alike or half of them stay behind: renders keep their tree.
+    #[test]
+    fn refitted_trees_stay_as_good_as_new_ones() {
+        let work = |mut bvh: SphereBvh, points: &[Vec3]| {
+            bvh.gather_with(Isa::best(), points, &mut vec![(); bvh.len()], &CountWork) as f64
+        };
+        for (layout, shrink, staying) in [
+            (Layout::Plane, 0.3, 0.0),
+            (Layout::Plane, 0.03, 0.0),
+            (Layout::Plane, 0.3, 0.5),
+            (Layout::Plane, 0.03, 0.5),
+            (Layout::Cube, 0.1, 0.0),
+            (Layout::Clusters, 0.1, 0.5),
+        ] {
+            let input = spheres(layout, Radii::Equal(0.02), 40_000, 1);
+            let points = points_around(&input, 10_000, 2);
+            let shrunken = |index: usize| {
+                let stays = Rng::new(3, Stream::Test, 0, index as u64).next_f32() < staying;
+                Sphere { radius: if stays { 0.02 } else { 0.02 * shrink }, ..input[index] }
+            };
+            let (mut refitted, order) = SphereBvh::build(&input);
+            refitted.refit(|position| shrunken(order[position] as usize).radius);
+            let (rebuilt, _) = SphereBvh::build(&(0..input.len()).map(shrunken).collect::<Vec<_>>());
+            let ratio = work(refitted, &points) / work(rebuilt, &points);
+            println!("{layout:?}, {shrink} of the radius, {staying} staying: {ratio:.3}");
+            assert!(ratio < 1.2, "{layout:?}, {shrink}, {staying}: {ratio}");
         }
     }
 
