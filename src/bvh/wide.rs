@@ -113,7 +113,21 @@ impl WideTree {
         let wide = WideTree { root: None, nodes: vec![], triangles: vec![], spheres: vec![], levels: 0 };
         let mut collapse = Collapse { tree, primitives, wide };
         collapse.wide.root = (!tree.is_empty()).then(|| collapse.child(0, 0));
+        collapse.wide.shrink();
         collapse.wide
+    }
+
+    fn shrink(&mut self) {
+        self.nodes.shrink_to_fit();
+        self.triangles.shrink_to_fit();
+        self.spheres.shrink_to_fit();
+    }
+
+    /// The memory that nodes and leaves hold, in bytes.
+    pub fn memory_bytes(&self) -> usize {
+        size_of::<WideNode>() * self.nodes.capacity()
+            + size_of::<TriangleBlock>() * self.triangles.capacity()
+            + size_of::<SphereBlock>() * self.spheres.capacity()
     }
 }
 
