@@ -136,7 +136,7 @@ fn generate_bindings(embree: &Embree, file: &Path) -> Result<()> {
         .allowlist_function("rtcSet(NewGeometryBuffer|SceneFlags|SceneBuildQuality)")
         .allowlist_function("rtc(CommitGeometry|AttachGeometry|CommitScene|GetSceneBounds)")
         .allowlist_function("rtc(Intersect(1|8|16)|Occluded1|PointQuery)")
-        .allowlist_function("rtcSetGeometry(UserPrimitiveCount|UserData|BoundsFunction)")
+        .allowlist_function("rtcSetGeometry(BuildQuality|UserPrimitiveCount|UserData|BoundsFunction)")
         .allowlist_function("rtcSetDeviceMemoryMonitorFunction")
         .allowlist_type("RTC(RayHit|Ray|Hit|Bounds|RayHit8|RayHit16|RayQueryFlags|FeatureFlags)")
         .allowlist_var("RTC_VERSION")

@@ -3,7 +3,7 @@ use super::error::{EmbreeError, check};
 use super::geometry::Geometry;
 use super::scene::Scene;
 use super::scene_handle::SceneHandle;
-use super::{GeometryId, sys};
+use super::{GeometryId, SceneOptions, sys};
 use crate::math::Vec3;
 
 /// Embree drops primitives that reach beyond this: squares of larger coordinates overflow.
@@ -23,8 +23,8 @@ pub struct Sphere {
 /// Geometry ids count up from 0 in the order of adding, whatever the kind.
 #[derive(Debug)]
 pub struct SceneBuilder {
-    device: Device,
     scene: SceneHandle,
+    options: SceneOptions,
 }
 
 impl SceneBuilder {
@@ -33,7 +33,15 @@ impl SceneBuilder {
     /// # Errors
     /// If Embree refuses, for want of memory.
     pub fn new(device: &Device) -> Result<SceneBuilder, EmbreeError> {
-        Ok(SceneBuilder { device: device.share(), scene: SceneHandle::new(device)? })
+        SceneBuilder::with_options(device, SceneOptions::default())
+    }
+
+    /// An empty scene of `device`, built and asked as `options` say.
+    ///
+    /// # Errors
+    /// If Embree refuses, for want of memory.
+    pub fn with_options(device: &Device, options: SceneOptions) -> Result<SceneBuilder, EmbreeError> {
+        Ok(SceneBuilder { scene: SceneHandle::new(device, options)?, options })
     }
 
     /// Adds a triangle mesh; each triangle is three indices into `vertices`.
@@ -52,7 +60,7 @@ impl SceneBuilder {
         check_count("triangles", triangles.len())?;
         check_vertices(vertices)?;
         check_indices(vertices.len(), triangles)?;
-        let mut mesh = Geometry::new(&self.device, sys::RTC_GEOMETRY_TYPE_TRIANGLE)?;
+        let mut mesh = Geometry::new(self.scene.device(), sys::RTC_GEOMETRY_TYPE_TRIANGLE)?;
         mesh.fill(vertices)?;
         mesh.fill(triangles)?;
         self.attach(mesh)
@@ -69,7 +77,7 @@ impl SceneBuilder {
     pub fn add_spheres(&mut self, spheres: &[Sphere]) -> Result<GeometryId, EmbreeError> {
         check_sphere_set(spheres)?;
         let points: Vec<[f32; 4]> = spheres.iter().map(|s| s.center.extend(s.radius).to_array()).collect();
-        let mut geometry = Geometry::new(&self.device, sys::RTC_GEOMETRY_TYPE_SPHERE_POINT)?;
+        let mut geometry = Geometry::new(self.scene.device(), sys::RTC_GEOMETRY_TYPE_SPHERE_POINT)?;
         geometry.fill(&points)?;
         self.attach(geometry)
     }
@@ -86,6 +94,7 @@ impl SceneBuilder {
     }
 
     fn attach(&mut self, mut geometry: Geometry) -> Result<GeometryId, EmbreeError> {
+        geometry.set_quality(self.options)?;
         geometry.commit()?;
         // SAFETY: both handles are alive and of the same device; the scene takes a reference of its own.
         let id = unsafe { sys::rtcAttachGeometry(self.scene.as_raw(), geometry.as_raw()) };

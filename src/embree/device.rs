@@ -3,6 +3,7 @@ use std::fmt;
 use std::ptr::{self, NonNull};
 
 use super::error::{EmbreeError, describe, record_error};
+use super::memory::MemoryCount;
 use super::sys;
 
 /// A version of Embree, ordered by age; displayed as `4.4.0`.
@@ -36,6 +37,8 @@ impl fmt::Display for Version {
 pub struct Device {
     handle: NonNull<sys::RTCDeviceTy>,
     version: Version,
+    /// Released after the reference to the device, which may be the last.
+    memory: MemoryCount,
 }
 
 // SAFETY: Embree counts references to devices atomically, and makes objects of one device on any thread.
@@ -70,7 +73,10 @@ impl Device {
         unsafe { sys::rtcSetDeviceErrorFunction(raw, Some(record_error), ptr::null_mut()) };
         // SAFETY: the handle is alive, and every device has this property.
         let number = unsafe { sys::rtcGetDeviceProperty(raw, sys::RTC_DEVICE_PROPERTY_VERSION) };
-        let device = Device { handle, version: Version::from_number(u32::try_from(number).unwrap_or(0)) };
+        let version = Version::from_number(u32::try_from(number).unwrap_or(0));
+        let device = Device { handle, version, memory: MemoryCount::default() };
+        // SAFETY: the handle is alive; whoever keeps the device alive holds a `Device`, and so the count.
+        unsafe { device.memory.follow(raw) };
         check_fit(Version::from_number(sys::RTC_VERSION), device.version)?;
         Ok(device)
     }
@@ -80,11 +86,16 @@ impl Device {
         self.version
     }
 
+    /// The memory that Embree holds for all that was made with this device and is not released yet, in bytes.
+    pub fn memory_bytes(&self) -> usize {
+        self.memory.bytes()
+    }
+
     /// Another owner of the same device.
     pub(super) fn share(&self) -> Device {
         // SAFETY: the handle is alive; the new owner releases this reference.
         unsafe { sys::rtcRetainDevice(self.handle.as_ptr()) };
-        Device { handle: self.handle, version: self.version }
+        Device { handle: self.handle, version: self.version, memory: self.memory.clone() }
     }
 
     pub(super) fn as_raw(&self) -> sys::RTCDevice {
@@ -115,7 +126,9 @@ fn check_fit(headers: Version, library: Version) -> Result<(), EmbreeError> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::SceneBuilder;
     use super::*;
+    use crate::math::Vec3;
 
     #[test]
     fn the_loaded_library_tells_its_version() {
@@ -143,6 +156,27 @@ mod tests {
             "the Embree library 4.3.2 does not fit the headers 4.3.3 of this build: install an Embree 4 library \
              that is 4.3.3 or newer, or build again against the headers of 4.3.2"
         );
+    }
+
+    #[test]
+    fn memory_is_counted_until_the_last_scene_is_gone() {
+        let device = Device::new().unwrap();
+        let scene = |n: u32| {
+            let mut builder = SceneBuilder::new(&device).unwrap();
+            let vertices: Vec<Vec3> = (0..3 * n).map(|k| Vec3::new(k as f32, (k % 3) as f32, 1.0)).collect();
+            let triangles: Vec<[u32; 3]> = (0..n).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
+            builder.add_triangles(&vertices, &triangles).unwrap();
+            builder.commit().unwrap()
+        };
+        let few = scene(1000);
+        let bytes_of_few = device.memory_bytes();
+        let many = scene(50_000);
+        let bytes_of_many = device.memory_bytes() - bytes_of_few;
+        let input = |n: usize| n * (3 * size_of::<Vec3>() + size_of::<[u32; 3]>());
+        assert!(bytes_of_few > input(1000) && bytes_of_many > input(50_000));
+        assert!(bytes_of_many < 10 * input(50_000), "{bytes_of_many} bytes");
+        drop((few, many));
+        assert_eq!(device.memory_bytes(), 0);
     }
 
     #[test]

@@ -2,7 +2,7 @@ use std::ptr::{self, NonNull};
 
 use super::device::Device;
 use super::error::{EmbreeError, check};
-use super::sys;
+use super::{SceneOptions, sys};
 use crate::math::Vec3;
 
 /// A value without padding, of which one buffer slot of Embree holds many.
@@ -31,6 +31,8 @@ const _: () = assert!(size_of::<Vec3>() == 12);
 /// A geometry that is being filled; scenes keep theirs alive by themselves.
 pub(super) struct Geometry {
     handle: NonNull<sys::RTCGeometryTy>,
+    /// Released after the geometry, whose memory it counts.
+    _device: Device,
 }
 
 impl Geometry {
@@ -40,7 +42,7 @@ impl Geometry {
         let raw = unsafe { sys::rtcNewGeometry(device.as_raw(), kind) };
         check(ACTION)?;
         let handle = NonNull::new(raw).ok_or_else(|| null(ACTION))?;
-        Ok(Geometry { handle })
+        Ok(Geometry { handle, _device: device.share() })
     }
 
     /// Copies `items` into a buffer that Embree owns, and pads as its 16-byte loads need.
@@ -56,6 +58,13 @@ impl Geometry {
         // items have no padding, and bytes need no alignment.
         unsafe { ptr::copy_nonoverlapping(items.as_ptr().cast(), buffer.as_ptr(), size_of_val(items)) };
         Ok(())
+    }
+
+    /// Counts only in scenes of low quality, which have a tree for each geometry.
+    pub(super) fn set_quality(&mut self, options: SceneOptions) -> Result<(), EmbreeError> {
+        // SAFETY: the geometry is alive, and this handle is its only one.
+        unsafe { sys::rtcSetGeometryBuildQuality(self.as_raw(), options.raw_quality()) };
+        check("set the quality of a geometry")
     }
 
     pub(super) fn commit(&mut self) -> Result<(), EmbreeError> {

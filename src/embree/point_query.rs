@@ -1,15 +1,13 @@
 use std::any::Any;
-use std::ffi::c_void;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::ptr;
-use std::sync::atomic::{AtomicIsize, Ordering};
 
 use super::builder::check_sphere_set;
 use super::device::Device;
 use super::error::{EmbreeError, check};
 use super::geometry::Geometry;
 use super::scene_handle::SceneHandle;
-use super::{Sphere, sys};
+use super::{SceneOptions, Sphere, sys};
 use crate::math::Vec3;
 
 /// Balls that Embree's own tree searches for those around a point.
@@ -20,14 +18,11 @@ use crate::math::Vec3;
 pub struct SphereQuery {
     scene: SceneHandle,
     spheres: Box<[Sphere]>,
-    /// Released after the scene, whose memory it counts, and before the count.
-    device: Device,
-    bytes: Box<AtomicIsize>,
 }
 
 // SAFETY: Embree counts references atomically, and nothing else refers to the scene.
 unsafe impl Send for SphereQuery {}
-// SAFETY: the committed scene and the spheres are only ever read; the count of bytes is atomic.
+// SAFETY: the committed scene and the spheres are only ever read.
 unsafe impl Sync for SphereQuery {}
 
 impl SphereQuery {
@@ -38,11 +33,8 @@ impl SphereQuery {
     /// if Embree refuses.
     pub fn build(spheres: &[Sphere], threads: usize) -> Result<SphereQuery, EmbreeError> {
         check_sphere_set(spheres)?;
-        // Locals are released in reverse: the device, which counts to the last, before the count.
-        let bytes = Box::new(AtomicIsize::new(0));
-        let device = Device::with_threads(threads)?;
-        count_memory(&device, &bytes);
-        let query = SphereQuery { scene: SceneHandle::new(&device)?, spheres: spheres.into(), device, bytes };
+        let scene = SceneHandle::new(&Device::with_threads(threads)?, SceneOptions::default())?;
+        let query = SphereQuery { scene, spheres: spheres.into() };
         query.commit()?;
         Ok(query)
     }
@@ -76,12 +68,11 @@ impl SphereQuery {
 
     /// The memory that Embree's tree and the spheres hold, in bytes.
     pub fn memory_bytes(&self) -> usize {
-        let embree = self.bytes.load(Ordering::Relaxed);
-        usize::try_from(embree).unwrap_or(0) + size_of_val(&*self.spheres)
+        self.scene.device().memory_bytes() + size_of_val(&*self.spheres)
     }
 
     fn commit(&self) -> Result<(), EmbreeError> {
-        let mut geometry = Geometry::new(&self.device, sys::RTC_GEOMETRY_TYPE_USER)?;
+        let mut geometry = Geometry::new(self.scene.device(), sys::RTC_GEOMETRY_TYPE_USER)?;
         let raw = geometry.as_raw();
         let count = u32::try_from(self.spheres.len()).unwrap_or(u32::MAX);
         // SAFETY: the geometry is alive; its user data are the spheres, which `bounds` reads while the scene is
@@ -183,28 +174,6 @@ const NO_INSTANCES: sys::RTCPointQueryContext = sys::RTCPointQueryContext {
     instPrimID: [u32::MAX],
     instStackSize: 0,
 };
-
-fn count_memory(device: &Device, bytes: &AtomicIsize) {
-    // SAFETY: the device is alive; the count is atomic and outlives it, as the order of the fields of `SphereQuery`
-    // has it.
-    unsafe {
-        sys::rtcSetDeviceMemoryMonitorFunction(
-            device.as_raw(),
-            Some(add_bytes),
-            ptr::from_ref(bytes).cast_mut().cast::<c_void>(),
-        );
-    }
-}
-
-/// Embree's callback for memory taken (positive) and given back (negative).
-///
-/// # Safety
-/// The user pointer must be that of an `AtomicIsize`.
-unsafe extern "C" fn add_bytes(user: *mut c_void, bytes: isize, _post: bool) -> bool {
-    // SAFETY: the caller vouches for it.
-    unsafe { &*user.cast::<AtomicIsize>() }.fetch_add(bytes, Ordering::Relaxed);
-    true
-}
 
 #[cfg(test)]
 mod tests {

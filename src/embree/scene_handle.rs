@@ -3,30 +3,39 @@ use std::ptr::NonNull;
 use super::device::Device;
 use super::error::{EmbreeError, check};
 use super::geometry::null;
-use super::sys;
+use super::{SceneOptions, sys};
 use crate::math::{Aabb, Vec3};
 
 /// A reference to an Embree scene, which keeps its device and geometries alive.
 #[derive(Debug)]
-pub(super) struct SceneHandle(NonNull<sys::RTCSceneTy>);
+pub(super) struct SceneHandle {
+    scene: NonNull<sys::RTCSceneTy>,
+    /// Released after the scene, whose memory it counts.
+    device: Device,
+}
 
 impl SceneHandle {
-    pub(super) fn new(device: &Device) -> Result<SceneHandle, EmbreeError> {
+    pub(super) fn new(device: &Device, options: SceneOptions) -> Result<SceneHandle, EmbreeError> {
         const ACTION: &str = "make a scene";
         // SAFETY: the device is alive.
         let raw = unsafe { sys::rtcNewScene(device.as_raw()) };
         check(ACTION)?;
-        let scene = SceneHandle(NonNull::new(raw).ok_or_else(|| null(ACTION))?);
+        let scene = NonNull::new(raw).ok_or_else(|| null(ACTION))?;
+        let scene = SceneHandle { scene, device: device.share() };
         // SAFETY: the scene is alive, and this handle is its only one.
-        unsafe { sys::rtcSetSceneFlags(raw, sys::RTC_SCENE_FLAG_ROBUST) };
+        unsafe { sys::rtcSetSceneFlags(raw, options.raw_flags()) };
         // SAFETY: as above.
-        unsafe { sys::rtcSetSceneBuildQuality(raw, sys::RTC_BUILD_QUALITY_HIGH) };
+        unsafe { sys::rtcSetSceneBuildQuality(raw, options.raw_quality()) };
         check("set the quality of a scene")?;
         Ok(scene)
     }
 
     pub(super) fn as_raw(&self) -> sys::RTCScene {
-        self.0.as_ptr()
+        self.scene.as_ptr()
+    }
+
+    pub(super) fn device(&self) -> &Device {
+        &self.device
     }
 
     /// The box around a committed scene; the empty box around nothing.
