@@ -37,10 +37,11 @@ check-docs: setup ## Check that links, targets and sub-commands in the documents
 	cargo build --locked
 	scripts/check_docs.py $(TARGET)/debug/caustica
 
-bench: build data/surface.obj ## Measure the photon pass and the gathering, in a few minutes
+bench: build data/surface.obj ## Measure the photon pass, the gathering and the rays, in a few minutes
 	mkdir -p out
 	$(CAUSTICA) bench --pass data/course_diffuse.toml --html out/bench_pass.html
 	$(CAUSTICA) bench --gather --points 1e5,1e6 --radii 0.1,0.4,1,5 --repetitions 3 --html out/bench_gather.html
+	$(CAUSTICA) bench --rays --triangles 36,131072 --repetitions 3 --html out/bench_rays.html
 
 instructions: setup ## Count the instructions of kernels by callgrind
 	scripts/count_instructions.py

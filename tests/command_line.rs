@@ -304,10 +304,35 @@ fn bench_holds_the_rivals_against_each_other() {
 }
 
 #[test]
+fn bench_asks_every_engine_about_every_ray() {
+    let sandbox = Sandbox::new();
+    let html = sandbox.name("a.html");
+    #[rustfmt::skip]
+    let output = caustica(&[
+        "bench", "--rays", "--triangles", "36,500", "--photons", "1e3", "--repetitions", "1", "--threads", "2",
+        "--json", "-", "--html", &html,
+    ]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let rows = report["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 2 * (11 + 18 + 11));
+    assert_eq!((&rows[0]["triangles"], &rows[79]["triangles"]), (&36.into(), &548.into()));
+    assert!(rows.iter().all(|row| row["all_threads"]["median"].as_f64().unwrap() > 0.0));
+    let html = fs::read_to_string(html).unwrap();
+    assert!(html.contains("<td class=\"words\">rtcOccluded1</td>") && html.matches("<svg").count() == 8);
+}
+
+#[test]
 fn bench_needs_one_question_with_its_own_options() {
     let sandbox = Sandbox::new();
     let scene = sandbox.small_scene();
-    assert_refused(&sandbox, &["bench"], &["--pass", "--gather"]);
+    assert_refused(&sandbox, &["bench"], &["--pass", "--gather", "--rays"]);
+    assert_refused(&sandbox, &["bench", "--gather", "--rays"], &["--gather", "--rays"]);
+    assert_refused(&sandbox, &["bench", "--pass", &scene, "--rays"], &["--rays"]);
+    assert_refused(&sandbox, &["bench", "--rays", "--retrace"], &["--retrace"]);
+    assert_refused(&sandbox, &["bench", "--rays", "--points", "10"], &["--points"]);
+    assert_refused(&sandbox, &["bench", "--gather", "--triangles", "36"], &["--triangles"]);
+    assert_refused(&sandbox, &["bench", "--rays", "--triangles", "1e9"], &["--triangles"]);
     assert_refused(&sandbox, &["bench", "--gather", "--pass", &scene], &["--gather"]);
     assert_refused(&sandbox, &["bench", "--gather", "--radius", "1"], &["--radius"]);
     assert_refused(&sandbox, &["bench", "--pass", &scene, "--points", "10"], &["--points"]);

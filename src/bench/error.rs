@@ -1,5 +1,6 @@
 use thiserror::Error;
 
+use crate::bvh::RayBvhError;
 use crate::embree::EmbreeError;
 
 /// Why a measurement says nothing.
@@ -8,6 +9,9 @@ pub enum BenchError {
     /// Embree could not be used.
     #[error(transparent)]
     Embree(#[from] EmbreeError),
+    /// The project's own tree could not be built.
+    #[error(transparent)]
+    Custom(#[from] RayBvhError),
     /// Structures that should do the same work do not.
     #[error(
         "{structure} finds {found} photons in sphere {sphere}, but {reference} finds {expected}: one is wrong"

@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::machine::Machine;
 use super::structures::{PhotonOrder, Rival};
 use super::timing::{Spread, interleaved, timed};
-use super::{BenchError, morton};
+use super::{BenchError, in_order_of_appearance, morton};
 use crate::bvh::Sphere;
 use crate::math::{Rng, Stream, Vec3};
 use crate::report::{Cell, Page, Plot, Scale, Table};
@@ -334,16 +334,6 @@ impl GatherReport {
             series: names.into_iter().map(line).collect(),
         }
     }
-}
-
-fn in_order_of_appearance<T: PartialEq>(items: impl Iterator<Item = T>) -> Vec<T> {
-    let mut distinct = Vec::new();
-    for item in items {
-        if !distinct.contains(&item) {
-            distinct.push(item);
-        }
-    }
-    distinct
 }
 
 impl GatherRow {

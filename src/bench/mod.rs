@@ -2,10 +2,11 @@
 //!
 //! - [`pass`]: what does a photon pass cost beyond tracing its rays?
 //! - [`gather`]: does the sphere tree beat Embree's point query and a hash grid?
+//! - [`rays`]: which of Embree's ways answers which rays fastest, and what of the project's own tree?
 //!
 //! Each measures in interleaved rounds ([`timing`]), tells its [`machine`], and answers with a report that is
-//! serialisable and turns into a [`crate::report::Page`]. Rivals must agree on every count, or the measurement fails;
-//! nothing is ever judged by its time.
+//! serialisable and turns into a [`crate::report::Page`]. Rivals of the gather must agree on every count, or
+//! the measurement fails; those of the rays tell how often they disagree. Nothing is ever judged by its time.
 
 mod error;
 pub mod gather;
@@ -13,8 +14,23 @@ mod hash_grid;
 pub mod machine;
 mod morton;
 pub mod pass;
+pub mod ray_engines;
+pub mod ray_scenes;
+pub mod rays;
+mod rays_page;
 pub mod structures;
 pub mod timing;
 
 pub use error::BenchError;
 pub use hash_grid::HashGrid;
+
+/// The distinct among `items`, which are few.
+fn in_order_of_appearance<T: PartialEq>(items: impl Iterator<Item = T>) -> Vec<T> {
+    let mut distinct = Vec::new();
+    for item in items {
+        if !distinct.contains(&item) {
+            distinct.push(item);
+        }
+    }
+    distinct
+}

@@ -39,7 +39,7 @@ pub enum Command {
     Info(InfoArgs),
     /// Write the water surface of the course's scene as OBJ
     Surface(SurfaceArgs),
-    /// Measure the photon pass against bare ray tracing, or the sphere tree against its rivals
+    /// Measure the photon pass against bare ray tracing, or trees of spheres or triangles against their rivals
     Bench(BenchArgs),
 }
 
@@ -182,11 +182,12 @@ pub struct SurfaceArgs {
 }
 
 #[derive(Args, Debug)]
-#[command(group(ArgGroup::new("question").required(true).args(["pass", "gather"])), after_help = "\
+#[command(group(ArgGroup::new("question").required(true).args(["pass", "gather", "rays"])), after_help = "\
 Examples:
   caustica bench --pass data/course_diffuse.toml --json -
   caustica bench --pass data/cornell_b.toml --radius 10 --samples 1 --photons 1e5 --html out/pass.html
   caustica bench --gather --points 1e5,1e6 --radii 0.1,1,5 --csv out/gather.csv --html out/gather.html
+  caustica bench --rays --triangles 36,1e6 --html out/rays.html
 
 Times depend on what else the machine does: look at the smallest and largest beside the medians.")]
 pub struct BenchArgs {
@@ -196,25 +197,31 @@ pub struct BenchArgs {
     /// Measure the sphere tree against Embree's point query and a hash grid, on the walls of a box
     #[arg(long)]
     pub gather: bool,
+    /// Measure rays of real renders: Embree in all its ways, and the program's own tree
+    #[arg(long)]
+    pub rays: bool,
     /// Gather radius of the pass in scene units [default: the scene's, or two pixels wide]
-    #[arg(long, conflicts_with = "gather", allow_negative_numbers = true, value_name = "R", value_parser = |s: &str| number(s, 1e-30..=1e30))]
+    #[arg(long, conflicts_with_all = ["gather", "rays"], allow_negative_numbers = true, value_name = "R", value_parser = |s: &str| number(s, 1e-30..=1e30))]
     pub radius: Option<f64>,
     /// Eye samples a pixel of the pass, 1 to 4096 [default: the scene's]
-    #[arg(long, conflicts_with = "gather", allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(long, conflicts_with_all = ["gather", "rays"], allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub samples: Option<u32>,
     /// Trace the eye paths and build the tree anew in every pass
-    #[arg(long, conflicts_with = "gather")]
+    #[arg(long, conflicts_with_all = ["gather", "rays"])]
     pub retrace: bool,
     /// Numbers of spheres to gather among [default: 1e4,1e5,1e6,4e6]
-    #[arg(long, conflicts_with = "pass", value_name = "N,..", value_delimiter = ',', value_parser = points)]
+    #[arg(long, conflicts_with_all = ["pass", "rays"], value_name = "N,..", value_delimiter = ',', value_parser = points)]
     pub points: Vec<u64>,
     /// Their radii in percent of the box's side [default: 0.05,0.1,0.4,1,5]
-    #[arg(long, conflicts_with = "pass", value_name = "PERCENT,..", value_delimiter = ',', value_parser = |s: &str| number(s, 1e-3..=100.0))]
+    #[arg(long, conflicts_with_all = ["pass", "rays"], value_name = "PERCENT,..", value_delimiter = ',', value_parser = |s: &str| number(s, 1e-3..=100.0))]
     pub radii: Vec<f64>,
     /// Choose the radius for each number of spheres so that a photon lies in about so many
-    #[arg(long, conflicts_with_all = ["radii", "pass"], value_name = "K", value_parser = |s: &str| number(s, 1e-3..=1e6))]
+    #[arg(long, conflicts_with_all = ["radii", "pass", "rays"], value_name = "K", value_parser = |s: &str| number(s, 1e-3..=1e6))]
     pub overlaps: Option<f64>,
-    /// Photons [default: the scene's, or 100000]
+    /// Numbers of triangles, at least, to trace rays among [default: 36,2e4,131072,1e6]
+    #[arg(long, conflicts_with_all = ["pass", "gather"], value_name = "N,..", value_delimiter = ',', value_parser = triangles)]
+    pub triangles: Vec<u64>,
+    /// Photons, and of rays about as many eye paths [default: the scene's, or 100000]
     #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = count)]
     pub photons: Option<u64>,
     /// Rounds to measure
@@ -284,9 +291,18 @@ fn count(text: &str) -> Result<u64, String> {
 
 /// So many spheres that a 32-bit number still counts the cells of a grid that each of them touches.
 fn points(text: &str) -> Result<u64, String> {
+    count_up_to(100_000_000, text)
+}
+
+/// So many triangles that seven trees over them fit into the memory of most machines.
+fn triangles(text: &str) -> Result<u64, String> {
+    count_up_to(20_000_000, text)
+}
+
+fn count_up_to(most: u64, text: &str) -> Result<u64, String> {
     match count(text)? {
-        n @ 1..=100_000_000 => Ok(n),
-        n => Err(format!("{n} is more than 100000000")),
+        n if n <= most => Ok(n),
+        n => Err(format!("{n} is more than {most}")),
     }
 }
 

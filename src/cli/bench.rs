@@ -8,6 +8,7 @@ use super::error::{CliError, Outcome};
 use super::{load, use_threads};
 use crate::bench::gather::{self, GatherSettings, Radii};
 use crate::bench::pass::{self, PassSettings};
+use crate::bench::rays::{self, RaySettings};
 use crate::bench::structures::RIVALS;
 use crate::output::{check_writable, write_atomically};
 use crate::ppm::Settings;
@@ -23,6 +24,7 @@ pub fn run(args: &BenchArgs) -> Result<Outcome, CliError> {
     }
     match &args.pass {
         Some(scene) => run_pass(args, scene),
+        None if args.rays => run_rays(args),
         None => run_gather(args),
     }
 }
@@ -62,6 +64,17 @@ fn gather_settings(args: &BenchArgs) -> GatherSettings {
     };
     let photons = args.photons.unwrap_or(100_000) as usize;
     GatherSettings { points, radii, photons, repetitions: args.repetitions as usize }
+}
+
+fn run_rays(args: &BenchArgs) -> Result<Outcome, CliError> {
+    let mut triangles: Vec<usize> = args.triangles.iter().map(|&n| n as usize).collect();
+    if triangles.is_empty() {
+        triangles = vec![36, 20_000, 131_072, 1_000_000];
+    }
+    let photons = args.photons.unwrap_or(100_000);
+    let settings = RaySettings { triangles, photons, repetitions: args.repetitions as usize };
+    let report = rays::measure(&settings, |triangles| eprintln!("{triangles} triangles"))?;
+    write(args, &report, &report.page())
 }
 
 fn is_standard_output(path: &Path) -> bool {

@@ -24,13 +24,24 @@ pub struct EyePass {
 pub fn trace(scene: &Scene, settings: &Settings) -> EyePass {
     let (width, height) = (scene.film().width, scene.film().height);
     let rows: Vec<EyePass> =
-        (0..height).into_par_iter().map(|y| trace_row(scene, settings, y, width)).collect();
+        (0..height).into_par_iter().map(|y| trace_row(scene, settings, y, width, |_| ())).collect();
     let mut all = EyePass::with_capacity(rows.iter().map(|r| r.hit_points.len()).sum());
     for row in rows {
         all.append(row);
     }
     all.cut_weight /= f64::from(width) * f64::from(height);
     all
+}
+
+/// The rays that [`trace`] sends through the scene, row by row.
+pub fn record_rays(scene: &Scene, settings: &Settings) -> Vec<Ray> {
+    let (width, height) = (scene.film().width, scene.film().height);
+    let row = |y| {
+        let mut rays = Vec::new();
+        trace_row(scene, settings, y, width, |ray| rays.push(*ray));
+        rays
+    };
+    (0..height).into_par_iter().map(row).collect::<Vec<_>>().concat()
 }
 
 impl EyePass {
@@ -46,7 +57,8 @@ impl EyePass {
     }
 }
 
-fn trace_row(scene: &Scene, settings: &Settings, y: u32, width: u32) -> EyePass {
+/// Shows every ray to `see` before it is traced.
+fn trace_row(scene: &Scene, settings: &Settings, y: u32, width: u32, mut see: impl FnMut(&Ray)) -> EyePass {
     let mut row = EyePass::with_capacity(width as usize * settings.samples as usize);
     for x in 0..width {
         row.emitted.push(Rgb::ZERO);
@@ -60,7 +72,7 @@ fn trace_row(scene: &Scene, settings: &Settings, y: u32, width: u32) -> EyePass 
                 length: 0.0,
                 depth: 0,
             };
-            EyeTree { scene, depth: settings.depth, pixel, row: &mut row }.trace(root);
+            EyeTree { scene, depth: settings.depth, pixel, row: &mut row }.trace(root, &mut see);
         }
     }
     row
@@ -91,10 +103,11 @@ struct EyeTree<'a> {
 }
 
 impl EyeTree<'_> {
-    fn trace(&mut self, root: EyePath) {
+    fn trace(&mut self, root: EyePath, mut see: impl FnMut(&Ray)) {
         let mut branches = vec![root];
         while let Some(path) = branches.pop() {
             self.row.rays += 1;
+            see(&path.ray);
             if let Some(hit) = self.scene.intersect(&path.ray) {
                 self.visit(&path, &hit, &mut branches);
             }
@@ -135,6 +148,25 @@ impl EyeTree<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene;
+    use std::path::Path;
+
+    #[test]
+    fn recorded_rays_are_those_of_the_pass() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/cornell_b.toml");
+        let mut desc = scene::load(&path).unwrap();
+        (desc.film.width, desc.film.height) = (64, 48);
+        let scene = Scene::new(desc).unwrap();
+        let settings = Settings { samples: 2, ..Settings::of_scene(scene.render()) };
+        let (eye, rays) = (trace(&scene, &settings), record_rays(&scene, &settings));
+        assert_eq!(rays.len() as u64, eye.rays);
+        assert!(eye.rays > 64 * 48 * 2, "the balls mirror and refract");
+        let on_surfaces = rays.iter().filter_map(|ray| scene.intersect(ray)).map(|hit| hit.p);
+        let mut seen: Vec<_> = on_surfaces.map(|p| p.to_array().map(f32::to_bits)).collect();
+        seen.sort_unstable();
+        let found = |p: crate::math::Vec3| seen.binary_search(&p.to_array().map(f32::to_bits)).is_ok();
+        assert!(eye.hit_points.iter().all(|hit_point| found(hit_point.receiver.p)));
+    }
 
     #[test]
     fn strata_tile_the_pixel() {

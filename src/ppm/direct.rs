@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use rayon::prelude::*;
 
 use super::HitPoint;
-use crate::math::{DVec3, Rgb, Rng, Stream};
+use crate::math::{DVec3, Ray, Rgb, Rng, Stream};
 use crate::scene::Scene;
 
 /// The direct irradiance at every hit point.
@@ -42,7 +42,7 @@ impl DirectPass {
             .zip(hit_points)
             .enumerate()
             .map(|(index, (sum, hit_point))| {
-                let mut rng = Rng::new(seed, Stream::DirectLight, pass, index as u64);
+                let mut rng = generator(seed, pass, index);
                 let sample = scene.direct_from_areas(&hit_point.receiver, &mut rng);
                 *sum += sample.irradiance.as_dvec3();
                 u64::from(sample.shadow_rays)
@@ -50,6 +50,15 @@ impl DirectPass {
             .sum();
         self.rays += rays;
         self.passes += 1;
+    }
+
+    /// The shadow rays that [`DirectPass::new`] casts, hit point by hit point.
+    pub fn record_rays(scene: &Scene, hit_points: &[HitPoint], seed: u64) -> Vec<Ray> {
+        let rays = |(index, hit_point): (usize, &HitPoint)| {
+            let mut rng = generator(seed, 0, index);
+            scene.shadow_rays(&hit_point.receiver, &mut rng).collect::<Vec<_>>()
+        };
+        hit_points.par_iter().enumerate().flat_map_iter(rays).collect()
     }
 
     /// The direct irradiance at hit point `index` (W/m²).
@@ -69,7 +78,38 @@ impl DirectPass {
     }
 }
 
+fn generator(seed: u64, pass: u32, hit_point: usize) -> Rng {
+    Rng::new(seed, Stream::DirectLight, pass, hit_point as u64)
+}
+
 /// The radiance that a Lambertian surface reflects: `albedo / π · E`.
 pub fn reflected(albedo: Rgb, irradiance: DVec3) -> DVec3 {
     albedo.as_dvec3() / PI * irradiance
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Settings, camera_pass};
+    use super::*;
+    use crate::scene;
+    use std::path::Path;
+
+    /// With a light of a single kind, the irradiance tells which rays were free.
+    #[test]
+    fn recorded_rays_are_those_of_the_pass() {
+        for name in ["cornell_a", "cornell_b"] {
+            let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(name).with_extension("toml");
+            let mut desc = scene::load(&path).unwrap();
+            (desc.film.width, desc.film.height) = (64, 64);
+            let scene = Scene::new(desc).unwrap();
+            let settings = Settings { samples: 1, ..Settings::of_scene(scene.render()) };
+            let hit_points = camera_pass::trace(&scene, &settings).hit_points;
+            let direct = DirectPass::new(&scene, &hit_points, 3);
+            let rays = DirectPass::record_rays(&scene, &hit_points, 3);
+            assert_eq!(rays.len() as u64, direct.rays());
+            let free = rays.iter().filter(|ray| !scene.occluded(ray)).count();
+            let lit = (0..hit_points.len()).filter(|&k| direct.irradiance(k) != DVec3::ZERO).count();
+            assert!(free == lit && (rays.len() / 2..rays.len()).contains(&free), "{free} of {}", rays.len());
+        }
+    }
 }

@@ -36,21 +36,28 @@ impl Scene {
             .map_or(DirectLight::default(), |sample| self.arriving(receiver, &sample))
     }
 
+    /// The shadow rays of [`Scene::direct_from_points`] and [`Scene::direct_from_areas`], in this order.
+    pub fn shadow_rays(&self, receiver: &Receiver, rng: &mut Rng) -> impl Iterator<Item = Ray> {
+        let samples = self.lights().illuminate_delta(receiver.p);
+        samples.chain(self.lights().illuminate_area(receiver.p, rng)).filter_map(|s| shadow_ray(receiver, &s))
+    }
+
     fn arriving(&self, receiver: &Receiver, sample: &IlluminationSample) -> DirectLight {
+        let Some(ray) = shadow_ray(receiver, sample) else { return DirectLight::default() };
         let cos = receiver.ns.dot(sample.wi);
-        if cos <= 0.0 || receiver.ng.dot(sample.wi) <= 0.0 {
-            return DirectLight::default();
-        }
-        let visible = !self.occluded(&shadow_ray(receiver, sample));
-        let irradiance = if visible { cos * sample.irradiance } else { Rgb::ZERO };
+        let irradiance = if self.occluded(&ray) { Rgb::ZERO } else { cos * sample.irradiance };
         DirectLight { irradiance, shadow_rays: 1 }
     }
 }
 
 /// From the receiver to just before the light: nothing rests on a hit exactly at either end.
-fn shadow_ray(receiver: &Receiver, sample: &IlluminationSample) -> Ray {
+/// `None` where the receiver faces away.
+fn shadow_ray(receiver: &Receiver, sample: &IlluminationSample) -> Option<Ray> {
+    if receiver.ns.dot(sample.wi) <= 0.0 || receiver.ng.dot(sample.wi) <= 0.0 {
+        return None;
+    }
     let origin = offset_origin(receiver.p, receiver.p_error, receiver.ng, sample.wi);
     let dir = sample.target - origin;
     let t_max = 1.0 - sample.target_error / dir.length();
-    Ray { origin, dir, t_max }
+    Some(Ray { origin, dir, t_max })
 }
