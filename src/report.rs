@@ -4,6 +4,7 @@
 
 use std::fmt;
 
+use plotters::coord::Shift;
 use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
 use plotters::prelude::*;
 
@@ -70,7 +71,11 @@ impl Table {
     }
 
     fn to_html(&self) -> String {
-        let titles: String = self.columns.iter().map(|title| format!("<th>{}</th>", escape(title))).collect();
+        let title = |(column, title): (usize, &&str)| {
+            let class = if self.holds_words(column) { " class=\"words\"" } else { "" };
+            format!("<th{class}>{}</th>", escape(title))
+        };
+        let titles: String = self.columns.iter().enumerate().map(title).collect();
         let cell = |cell: &Cell| match cell {
             Cell::Text(text) => format!("<td class=\"words\">{}</td>", escape(text)),
             _ => format!("<td>{cell}</td>"),
@@ -86,8 +91,11 @@ impl Table {
     }
 
     fn padded(&self, column: usize, cell: &Cell, width: usize) -> String {
-        let words = self.rows.iter().any(|row| matches!(row[column], Cell::Text(_)));
-        if words { format!("{cell:<width$}") } else { format!("{cell:>width$}") }
+        if self.holds_words(column) { format!("{cell:<width$}") } else { format!("{cell:>width$}") }
+    }
+
+    fn holds_words(&self, column: usize) -> bool {
+        self.rows.iter().any(|row| matches!(&row[column], Cell::Text(text) if !text.is_empty()))
     }
 }
 
@@ -98,6 +106,14 @@ fn csv_field(cell: &Cell) -> String {
 
 fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// What stands between backticks is code.
+fn with_code(text: &str) -> String {
+    let part = |(index, part): (usize, &str)| {
+        if index % 2 == 1 { format!("<code>{}</code>", escape(part)) } else { escape(part) }
+    };
+    text.split('`').enumerate().map(part).collect()
 }
 
 /// How an axis counts.
@@ -124,20 +140,32 @@ pub struct Plot {
     pub series: Vec<(String, Vec<(f64, f64)>)>,
 }
 
-const PLOT_SIZE: (u32, u32) = (860, 440);
+/// Width and height of a plot (pixels), and the width of its legend.
+const PLOT_SIZE: (u32, u32) = (1020, 440);
+const LEGEND_WIDTH: u32 = 240;
+
+/// Told apart on white.
+const COLORS: [RGBColor; 8] = [
+    RGBColor(31, 119, 180),
+    RGBColor(214, 39, 40),
+    RGBColor(44, 160, 44),
+    RGBColor(255, 127, 14),
+    RGBColor(148, 103, 189),
+    RGBColor(0, 0, 0),
+    RGBColor(23, 190, 207),
+    RGBColor(227, 119, 194),
+];
 
 type DrawResult = Result<(), Box<dyn std::error::Error>>;
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 impl Plot {
     /// The plot as an SVG element; empty where there is no point to draw.
     pub fn to_svg(&self) -> String {
         let (Some(x), Some(y)) = (self.range(|p| p.0), self.range(|p| p.1)) else { return String::new() };
         let mut svg = String::new();
-        let drawn = match self.scale {
-            Scale::Linear => self.draw(&mut svg, x.0..x.1, y.0..y.1),
-            Scale::Logarithmic => self.draw(&mut svg, (x.0..x.1).log_scale(), (y.0..y.1).log_scale()),
-        };
         // Nothing that is written to a string can fail; a plot that could not be drawn says so in its place.
+        let drawn = self.draw(&mut svg, x, y);
         drawn.map_or_else(|error| format!("<p>{}</p>", escape(&error.to_string())), |()| svg)
     }
 
@@ -158,46 +186,80 @@ impl Plot {
         })
     }
 
-    fn draw<X, Y>(&self, svg: &mut String, x: X, y: Y) -> DrawResult
+    fn draw(&self, svg: &mut String, x: (f64, f64), y: (f64, f64)) -> DrawResult {
+        let area = SVGBackend::with_string(svg, PLOT_SIZE).into_drawing_area();
+        area.fill(&WHITE)?;
+        let (chart, legend) = area.split_horizontally(PLOT_SIZE.0 - LEGEND_WIDTH);
+        match self.scale {
+            Scale::Linear => self.draw_lines(&chart, x.0..x.1, y.0..y.1)?,
+            Scale::Logarithmic => {
+                let axis = |(min, max): (f64, f64)| (min..max).log_scale().with_key_points(ticks(min, max));
+                self.draw_lines(&chart, axis(x), axis(y))?;
+            }
+        }
+        self.draw_legend(&legend)?;
+        Ok(area.present()?)
+    }
+
+    fn draw_lines<X, Y>(&self, area: &Area, x: X, y: Y) -> DrawResult
     where
         X: AsRangedCoord<Value = f64>,
         Y: AsRangedCoord<Value = f64>,
         X::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
         Y::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
     {
-        let area = SVGBackend::with_string(svg, PLOT_SIZE).into_drawing_area();
-        area.fill(&WHITE)?;
-        let mut chart = ChartBuilder::on(&area)
+        let mut chart = ChartBuilder::on(area)
             .caption(&self.title, ("sans-serif", 18))
             .margin(12)
             .x_label_area_size(44)
             .y_label_area_size(72)
             .build_cartesian_2d(x, y)?;
-        let label = |value: &f64| four_digits(*value).trim_end_matches('0').trim_end_matches('.').to_owned();
         chart
             .configure_mesh()
+            .light_line_style(TRANSPARENT)
+            .bold_line_style(BLACK.mix(0.15))
+            .label_style(("sans-serif", 13))
             .x_desc(&self.x_label)
             .y_desc(&self.y_label)
-            .x_label_formatter(&label)
-            .y_label_formatter(&label)
+            .x_label_formatter(&|value| tick_label(*value))
+            .y_label_formatter(&|value| tick_label(*value))
             .draw()?;
-        for (index, (name, points)) in self.series.iter().enumerate() {
-            let color = Palette99::pick(index).to_rgba();
+        for (color, (_, points)) in COLORS.iter().cycle().zip(&self.series) {
             let points = self.shown(points);
-            chart
-                .draw_series([PathElement::new(points.clone(), color.stroke_width(2))])?
-                .label(name)
-                .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], color.stroke_width(2)));
+            chart.draw_series([PathElement::new(points.clone(), color.stroke_width(2))])?;
             chart.draw_series(points.into_iter().map(|point| Circle::new(point, 3, color.filled())))?;
         }
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperLeft)
-            .background_style(WHITE.mix(0.85))
-            .border_style(BLACK.mix(0.3))
-            .draw()?;
-        Ok(area.present()?)
+        Ok(())
     }
+
+    /// The names of the series, one below the other, beside the lines.
+    fn draw_legend(&self, area: &Area) -> DrawResult {
+        for ((color, (name, _)), y) in COLORS.iter().cycle().zip(&self.series).zip((60..).step_by(22)) {
+            area.draw(&PathElement::new(vec![(0, y), (20, y)], color.stroke_width(2)))?;
+            area.draw(&Circle::new((10, y), 3, color.filled()))?;
+            area.draw(&Text::new(name.clone(), (28, y - 4), ("sans-serif", 13)))?;
+        }
+        Ok(())
+    }
+}
+
+/// Round numbers from `min` to `max` on a logarithmic axis: the fewer decades there are, the more of each.
+fn ticks(min: f64, max: f64) -> Vec<f64> {
+    let decades = (max / min).log10();
+    let of_decade: &[f64] = match decades {
+        ..1.0 => &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0],
+        ..3.0 => &[1.0, 2.0, 5.0],
+        _ => &[1.0],
+    };
+    let exponents = min.log10().floor() as i32..=max.log10().floor() as i32;
+    let all = exponents.flat_map(|exponent| of_decade.iter().map(move |digit| digit * 10f64.powi(exponent)));
+    all.filter(|tick| (min..=max).contains(tick)).collect()
+}
+
+/// Without the zeros that say how exact a number is.
+fn tick_label(value: f64) -> String {
+    let text = four_digits(value);
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
 /// A page of plots and a table, with what one must know to read them on top.
@@ -207,7 +269,7 @@ pub struct Page {
     pub title: String,
     /// Names and values: the machine, the settings.
     pub facts: Vec<(&'static str, String)>,
-    /// What the numbers mean.
+    /// What the numbers mean; names of columns stand between backticks.
     pub note: String,
     /// The numbers.
     pub table: Table,
@@ -216,11 +278,12 @@ pub struct Page {
 }
 
 const STYLE: &str = "\
-body { font: 15px/1.5 sans-serif; color: #222; max-width: 68em; margin: 2em auto; padding: 0 1em }
-table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: 13px; margin: 1em 0 }
-th, td { padding: .2em .7em; text-align: right; border-bottom: 1px solid #ddd }
-thead th { border-bottom: 2px solid #888; vertical-align: bottom }
-td.words, dl { text-align: left }
+body { font: 15px/1.5 sans-serif; color: #222; max-width: 84em; margin: 2em auto; padding: 0 1em }
+p, dl { max-width: 68em }
+table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: 12px; margin: 1em 0 }
+th, td { padding: .2em .5em; text-align: right; white-space: nowrap; border-bottom: 1px solid #ddd }
+thead th { border-bottom: 2px solid #888; vertical-align: bottom; white-space: normal }
+.words, dl { text-align: left }
 dl { display: grid; grid-template-columns: max-content auto; gap: .1em 1.5em }
 dt { color: #666 }
 dd { margin: 0 }
@@ -241,7 +304,7 @@ impl Page {
             |(name, value): &(&str, String)| format!("<dt>{}</dt><dd>{}</dd>\n", escape(name), escape(value));
         let facts: String = self.facts.iter().map(fact).collect();
         let plots: String = self.plots.iter().map(|plot| format!("<p>{}</p>\n", plot.to_svg())).collect();
-        let (title, note, table) = (escape(&self.title), escape(&self.note), self.table.to_html());
+        let (title, note, table) = (escape(&self.title), with_code(&self.note), self.table.to_html());
         format!(
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<title>{title}</title>\n\
              <style>\n{STYLE}\n</style>\n</head>\n<body>\n<h1>{title}</h1>\n<dl>\n{facts}</dl>\n<p>{note}</p>\n\
@@ -271,7 +334,7 @@ mod tests {
         Page {
             title: "Speed < light".into(),
             facts: vec![("Processor", "X & Y".into()), ("Cores", "2".into())],
-            note: "Lower is better.".into(),
+            note: "Lower `time` is <better>.".into(),
             table,
             plots: vec![plot(Scale::Linear), plot(Scale::Logarithmic)],
         }
@@ -328,7 +391,42 @@ d                 7    0.01235
         let html = page().to_html();
         assert!(html.contains("Speed &lt; light") && html.contains("X &amp; Y"));
         assert!(html.contains("a, &quot;b&quot; &lt;c&gt;"));
+        assert!(html.contains("Lower <code>time</code> is &lt;better&gt;."));
         assert!(html.contains("a&lt;b") && !html.contains("a<b") && !html.contains("&amp;lt;"));
+    }
+
+    #[test]
+    fn words_stand_on_the_left_with_their_title() {
+        let mut page = page();
+        page.table.rows[0][1] = Cell::Text(String::new());
+        let html = page.to_html();
+        assert!(html.contains("<th class=\"words\">name</th><th>points</th>"));
+        assert_eq!(html.matches("<td class=\"words\">").count(), 3);
+    }
+
+    #[test]
+    fn axes_are_labelled_with_whole_numbers() {
+        let svg = page().plots[1].to_svg();
+        let labels: Vec<&str> = svg.lines().filter(|line| line.parse::<f64>().is_ok()).collect();
+        assert_eq!(labels, ["1", "2", "5", "10", "20", "50", "100", "1", "2", "5", "10", "20", "50", "100"]);
+        let ends = [(2.5, 9.0), (900.0, 2e6), (20_000.0, 20_000.1)].map(|(min, max)| ticks(min, max));
+        assert_eq!(ends[0], [3.0, 4.0, 5.0, 7.0]);
+        assert_eq!(ends[1], [1e3, 1e4, 1e5, 1e6]);
+        assert_eq!(ends[2], [2e4]);
+        assert_eq!([1000.0, 250.0, 0.5, 0.02].map(tick_label), ["1000", "250", "0.5", "0.02"]);
+    }
+
+    /// No name lies on the lines: the legend is to the right of everything else.
+    #[test]
+    fn every_line_has_its_name_beside_the_plot() {
+        let svg = page().plots[0].to_svg();
+        let x_of = |name: &str| {
+            let text = svg.split("<text ").find(|text| text.contains(&format!("\n{name}\n"))).unwrap();
+            text.split("x=\"").nth(1).unwrap().split('"').next().unwrap().parse::<u32>().unwrap()
+        };
+        let edge = PLOT_SIZE.0 - LEGEND_WIDTH;
+        assert!(["a&lt;b", "c", "none"].iter().all(|name| x_of(name) > edge));
+        assert!(["points", "ms"].iter().all(|name| x_of(name) < edge));
     }
 
     #[test]

@@ -6,7 +6,7 @@ use super::ray_scenes::RayKind;
 use super::rays::{RayReport, RayRow};
 use crate::report::{Cell, Page, Plot, Scale, Table};
 
-const COLUMNS: [&str; 17] = [
+const COLUMNS: [&str; 15] = [
     "triangles",
     "rays",
     "count",
@@ -19,8 +19,6 @@ const COLUMNS: [&str; 17] = [
     "max",
     "x first",
     "all threads (Mrays/s)",
-    "min",
-    "max",
     "different/M",
     "distance/M",
     "ties/M",
@@ -114,7 +112,7 @@ fn structure(row: &RayRow) -> Option<String> {
 
 impl RayRow {
     fn cells(&self) -> Vec<Cell> {
-        let (one, all) = (self.one_thread, self.all_threads);
+        let one = self.one_thread;
         vec![
             Cell::Count(self.triangles as u64),
             Cell::Text(self.kind.into()),
@@ -127,9 +125,7 @@ impl RayRow {
             Cell::Number(one.min),
             Cell::Number(one.max),
             Cell::Number(self.times_first),
-            Cell::Number(all.median),
-            Cell::Number(all.min),
-            Cell::Number(all.max),
+            Cell::Number(self.all_threads.median),
             Cell::Number(self.different_per_million),
             Cell::Number(self.distances_per_million),
             Cell::Number(self.ties_per_million),
