@@ -154,6 +154,14 @@ mod tests {
     }
 
     #[test]
+    fn builds_are_compared_as_the_program_asks() {
+        for row in small().rows {
+            let query = if row.kind == "shadow" { Query::Any } else { Query::Nearest };
+            assert_eq!(structure(&row).is_some(), row.engine.query == query, "{row:?}");
+        }
+    }
+
+    #[test]
     fn plots_have_a_line_for_each_way_and_each_build() {
         let lines: Vec<usize> = small().plots().iter().map(|plot| plot.series.len()).collect();
         assert_eq!(lines, [6, 7, 8, 7, 6, 7, 7, 7]);
