@@ -3,14 +3,14 @@
 use rayon::prelude::*;
 
 use super::{HitPoint, Settings};
-use crate::bsdf::Transport;
+use crate::bsdf::{Event, Transport};
 use crate::math::{Ray, Rgb, Rng, Stream, Vec2, mean};
-use crate::scene::{Scene, SurfaceHit};
+use crate::scene::{Coherence, Scene, SurfaceHit};
 
 /// What the camera sees before any photon is traced.
 #[derive(Debug)]
 pub struct EyePass {
-    /// The hit points, pixel by pixel.
+    /// The hit points, tile by tile of the picture.
     pub hit_points: Vec<HitPoint>,
     /// Radiance of the lights that are seen directly or along specular chains, by pixel.
     pub emitted: Vec<Rgb>,
@@ -20,62 +20,120 @@ pub struct EyePass {
     pub cut_weight: f64,
 }
 
-/// Traces every eye path of the picture, row by row in parallel; the order of the result is that of the pixels.
+/// Side of the square tile of pixels whose eye paths are traced together, in pixels.
+const TILE: u32 = 32;
+
+/// Most rays that are traced at a time. The newest go first, so that few wait however the trees branch.
+const BATCH: usize = 8192;
+
+/// Copies fewer hit points than this are made by one thread.
+const COPIES: usize = 4096;
+
+/// Traces every eye path of the picture, tile by tile in parallel; the order of the result is that of the tiles.
 pub fn trace(scene: &Scene, settings: &Settings) -> EyePass {
     let (width, height) = (scene.film().width, scene.film().height);
-    let rows: Vec<EyePass> =
-        (0..height).into_par_iter().map(|y| trace_row(scene, settings, y, width, |_| ())).collect();
-    let mut all = EyePass::with_capacity(rows.iter().map(|r| r.hit_points.len()).sum());
-    for row in rows {
-        all.append(row);
+    let tiles: Vec<Tile> = (0..tiles(scene))
+        .into_par_iter()
+        .map_init(Fronts::default, |fronts, k| trace_tile(scene, settings, k, fronts, |_| ()))
+        .collect();
+    let mut emitted = vec![Rgb::ZERO; width as usize * height as usize];
+    for (pixel, radiance) in tiles.iter().flat_map(|tile| &tile.emitted) {
+        emitted[*pixel as usize] += *radiance;
     }
-    all.cut_weight /= f64::from(width) * f64::from(height);
-    all
+    EyePass {
+        hit_points: concatenated(&tiles),
+        emitted,
+        rays: tiles.iter().map(|tile| tile.rays).sum(),
+        cut_weight: tiles.iter().map(|tile| tile.cut_weight).sum::<f64>()
+            / (f64::from(width) * f64::from(height)),
+    }
 }
 
-/// The rays that [`trace`] sends through the scene, row by row.
+/// The rays that [`trace`] sends through the scene, in the order in which it traces them.
 pub fn record_rays(scene: &Scene, settings: &Settings) -> Vec<Ray> {
-    let (width, height) = (scene.film().width, scene.film().height);
-    let row = |y| {
-        let mut rays = Vec::new();
-        trace_row(scene, settings, y, width, |ray| rays.push(*ray));
-        rays
+    let rays_of = |k| {
+        let mut recorded = Vec::new();
+        let see = |rays: &[Ray]| recorded.extend_from_slice(rays);
+        trace_tile(scene, settings, k, &mut Fronts::default(), see);
+        recorded
     };
-    (0..height).into_par_iter().map(row).collect::<Vec<_>>().concat()
+    (0..tiles(scene)).into_par_iter().map(rays_of).collect::<Vec<_>>().concat()
 }
 
-impl EyePass {
-    fn with_capacity(hit_points: usize) -> EyePass {
-        EyePass { hit_points: Vec::with_capacity(hit_points), emitted: Vec::new(), rays: 0, cut_weight: 0.0 }
-    }
-
-    fn append(&mut self, row: EyePass) {
-        self.hit_points.extend(row.hit_points);
-        self.emitted.extend(row.emitted);
-        self.rays += row.rays;
-        self.cut_weight += row.cut_weight;
-    }
+fn tiles(scene: &Scene) -> u32 {
+    scene.film().width.div_ceil(TILE) * scene.film().height.div_ceil(TILE)
 }
 
-/// Shows every ray to `see` before it is traced.
-fn trace_row(scene: &Scene, settings: &Settings, y: u32, width: u32, mut see: impl FnMut(&Ray)) -> EyePass {
-    let mut row = EyePass::with_capacity(width as usize * settings.samples as usize);
-    for x in 0..width {
-        row.emitted.push(Rgb::ZERO);
-        let pixel = y * width + x;
-        let mut rng = Rng::new(settings.seed, Stream::Eye, 0, u64::from(pixel));
-        for sample in 0..settings.samples {
-            let raster = Vec2::new(x as f32, y as f32) + stratified(sample, settings.samples, &mut rng);
-            let root = EyePath {
-                ray: scene.camera().ray(raster),
-                weight: Rgb::splat(1.0 / settings.samples as f32),
-                length: 0.0,
-                depth: 0,
-            };
-            EyeTree { scene, depth: settings.depth, pixel, row: &mut row }.trace(root, &mut see);
+/// What the eye paths of a tile found.
+#[derive(Default)]
+struct Tile {
+    hit_points: Vec<HitPoint>,
+    /// Radiance of lights, with the pixel that sees it.
+    emitted: Vec<(u32, Rgb)>,
+    rays: u64,
+    cut_weight: f64,
+}
+
+/// All hit points, tile after tile. Copied in parallel: they are by far the most that the eye pass writes.
+fn concatenated(tiles: &[Tile]) -> Vec<HitPoint> {
+    let mut total = 0;
+    let mut starts = Vec::with_capacity(tiles.len());
+    for tile in tiles {
+        starts.push(total);
+        total += tile.hit_points.len();
+    }
+    let from = |index| {
+        let tile = starts.partition_point(|&start| start <= index) - 1;
+        &tiles[tile].hit_points[index - starts[tile]..]
+    };
+    let copies = (0..total).into_par_iter().with_min_len(COPIES).map_init(
+        || (0, [].as_slice()),
+        |(next, rest), index| {
+            if *next != index || rest.is_empty() {
+                *rest = from(index);
+            }
+            let copy = rest[0];
+            (*next, *rest) = (index + 1, &rest[1..]);
+            copy
+        },
+    );
+    copies.collect()
+}
+
+/// Shows the rays of every batch to `see` before they are traced.
+fn trace_tile(
+    scene: &Scene,
+    settings: &Settings,
+    tile: u32,
+    fronts: &mut Fronts,
+    mut see: impl FnMut(&[Ray]),
+) -> Tile {
+    let (width, height) = (scene.film().width, scene.film().height);
+    let columns = width.div_ceil(TILE);
+    let (left, top) = (tile % columns * TILE, tile / columns * TILE);
+    let mut trees = EyeTrees {
+        scene,
+        depth: settings.depth,
+        pixel_width: scene.camera().pixel_width(),
+        tile: Tile::default(),
+    };
+    for y in top..height.min(top + TILE) {
+        for x in left..width.min(left + TILE) {
+            let pixel = y * width + x;
+            let mut rng = Rng::new(settings.seed, Stream::Eye, 0, u64::from(pixel));
+            for sample in 0..settings.samples {
+                let raster = Vec2::new(x as f32, y as f32) + stratified(sample, settings.samples, &mut rng);
+                let weight = Rgb::splat(1.0 / settings.samples as f32);
+                let root = Branch { weight, length: 0.0, pixel, depth: 0 };
+                fronts.waiting[0].push(scene.camera().ray(raster), root);
+            }
+            if fronts.waiting[0].rays.len() >= BATCH {
+                trees.trace(fronts, &mut see);
+            }
         }
     }
-    row
+    trees.trace(fronts, &mut see);
+    trees.tile
 }
 
 /// A random position in stratum `sample` of the `samples` that tile a pixel; a prime number makes a single row.
@@ -87,60 +145,105 @@ fn stratified(sample: u32, samples: u32, rng: &mut Rng) -> Vec2 {
 }
 
 /// One branch of the tree of an eye sample.
-struct EyePath {
-    ray: Ray,
+struct Branch {
     weight: Rgb,
     length: f32,
+    pixel: u32,
     depth: u32,
 }
 
-/// The tree of an eye sample, and where its results go.
-struct EyeTree<'a> {
+/// Rays, and the branches that they belong to.
+#[derive(Default)]
+struct Front {
+    rays: Vec<Ray>,
+    branches: Vec<Branch>,
+}
+
+impl Front {
+    fn push(&mut self, ray: Ray, branch: Branch) {
+        self.rays.push(ray);
+        self.branches.push(branch);
+    }
+
+    /// Replaces the contents by the newest of `waiting`, up to [`BATCH`] of them.
+    fn take_from(&mut self, waiting: &mut Front) {
+        self.rays.clear();
+        self.branches.clear();
+        let first = waiting.rays.len().saturating_sub(BATCH);
+        if first == 0 {
+            std::mem::swap(self, waiting);
+        } else {
+            self.rays.extend(waiting.rays.drain(first..));
+            self.branches.extend(waiting.branches.drain(first..));
+        }
+    }
+}
+
+/// Buffers that one thread uses for tile after tile.
+#[derive(Default)]
+struct Fronts {
+    /// Mirrored rays and rays that went through a surface: each kind points alike, the two together do not.
+    waiting: [Front; 2],
+    batch: Front,
+}
+
+/// The trees of the eye samples of a tile, and where their results go.
+struct EyeTrees<'a> {
     scene: &'a Scene,
     depth: u32,
-    pixel: u32,
-    row: &'a mut EyePass,
+    pixel_width: f32,
+    tile: Tile,
 }
 
-impl EyeTree<'_> {
-    fn trace(&mut self, root: EyePath, mut see: impl FnMut(&Ray)) {
-        let mut branches = vec![root];
-        while let Some(path) = branches.pop() {
-            self.row.rays += 1;
-            see(&path.ray);
-            if let Some(hit) = self.scene.intersect(&path.ray) {
-                self.visit(&path, &hit, &mut branches);
+impl EyeTrees<'_> {
+    /// Traces all that waits, and what comes of it.
+    fn trace(&mut self, fronts: &mut Fronts, see: &mut impl FnMut(&[Ray])) {
+        let Fronts { waiting, batch } = fronts;
+        loop {
+            let fuller = usize::from(waiting[1].rays.len() > waiting[0].rays.len());
+            batch.take_from(&mut waiting[fuller]);
+            if batch.rays.is_empty() {
+                return;
             }
+            self.tile.rays += batch.rays.len() as u64;
+            see(&batch.rays);
+            self.scene.intersect_all(&batch.rays, Coherence::Coherent, |k, hit| {
+                self.visit(&batch.branches[k], hit, waiting);
+            });
         }
     }
 
-    fn visit(&mut self, path: &EyePath, hit: &SurfaceHit, branches: &mut Vec<EyePath>) {
-        if let Some(pixel) = self.row.emitted.last_mut() {
-            *pixel += path.weight * self.scene.emission(hit);
+    // Inlined for the same reason as `Surface::at`.
+    #[inline(always)]
+    fn visit(&mut self, branch: &Branch, hit: &SurfaceHit, waiting: &mut [Front; 2]) {
+        let emission = self.scene.emission(hit);
+        if emission != Rgb::ZERO {
+            self.tile.emitted.push((branch.pixel, branch.weight * emission));
         }
         let scattering = self.scene.scatter(hit, Transport::Camera);
-        let length = path.length + hit.t;
+        let length = branch.length + hit.t;
         if scattering.albedo != Rgb::ZERO {
-            self.leave_hit_point(path.weight, length, hit);
+            self.leave_hit_point(branch, length, hit);
         }
         for lobe in scattering.specular() {
-            let weight = path.weight * lobe.weight();
+            let weight = branch.weight * lobe.weight();
             let Some(ray) = hit.continue_along(lobe.event, hit.frame().to_world(lobe.wi)) else { continue };
-            if path.depth < self.depth {
-                branches.push(EyePath { ray, weight, length, depth: path.depth + 1 });
+            if branch.depth < self.depth {
+                waiting[usize::from(lobe.event == Event::Transmission)]
+                    .push(ray, Branch { weight, length, depth: branch.depth + 1, ..*branch });
             } else {
-                self.row.cut_weight += f64::from(mean(weight));
+                self.tile.cut_weight += f64::from(mean(weight));
             }
         }
     }
 
-    fn leave_hit_point(&mut self, weight: Rgb, length: f32, hit: &SurfaceHit) {
-        self.row.hit_points.push(HitPoint {
+    fn leave_hit_point(&mut self, branch: &Branch, length: f32, hit: &SurfaceHit) {
+        self.tile.hit_points.push(HitPoint {
             receiver: hit.receiver(),
-            weight,
-            pixel: self.pixel,
+            weight: branch.weight,
+            pixel: branch.pixel,
             material: hit.material,
-            footprint: length * self.scene.camera().pixel_width(),
+            footprint: length * self.pixel_width,
         });
     }
 }
@@ -148,24 +251,131 @@ impl EyeTree<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene;
+    use crate::scene::{self, Receiver};
     use std::path::Path;
 
-    #[test]
-    fn recorded_rays_are_those_of_the_pass() {
+    /// Not a multiple of the tile's size, so that tiles are cut at two edges.
+    const SIZE: (u32, u32) = (70, 45);
+
+    fn glass_and_mirror() -> Scene {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/cornell_b.toml");
         let mut desc = scene::load(&path).unwrap();
-        (desc.film.width, desc.film.height) = (64, 48);
-        let scene = Scene::new(desc).unwrap();
-        let settings = Settings { samples: 2, ..Settings::of_scene(scene.render()) };
-        let (eye, rays) = (trace(&scene, &settings), record_rays(&scene, &settings));
-        assert_eq!(rays.len() as u64, eye.rays);
-        assert!(eye.rays > 64 * 48 * 2, "the balls mirror and refract");
-        let on_surfaces = rays.iter().filter_map(|ray| scene.intersect(ray)).map(|hit| hit.p);
-        let mut seen: Vec<_> = on_surfaces.map(|p| p.to_array().map(f32::to_bits)).collect();
-        seen.sort_unstable();
-        let found = |p: crate::math::Vec3| seen.binary_search(&p.to_array().map(f32::to_bits)).is_ok();
-        assert!(eye.hit_points.iter().all(|hit_point| found(hit_point.receiver.p)));
+        (desc.film.width, desc.film.height) = SIZE;
+        Scene::new(desc).unwrap()
+    }
+
+    /// What a pixel gets where every hit point has irradiance 1 (the sum of the weights), and its emitted light.
+    type Pixel = [f64; 2];
+
+    /// The same trees ray by ray, depth first.
+    #[derive(Default)]
+    struct Naive {
+        pixels: Vec<Pixel>,
+        hit_points: usize,
+        rays: u64,
+        cut_weight: f64,
+    }
+
+    impl Naive {
+        fn trace(scene: &Scene, settings: &Settings) -> Naive {
+            let mut naive = Naive { pixels: vec![[0.0; 2]; (SIZE.0 * SIZE.1) as usize], ..Naive::default() };
+            for pixel in 0..SIZE.0 * SIZE.1 {
+                let mut rng = Rng::new(settings.seed, Stream::Eye, 0, u64::from(pixel));
+                for sample in 0..settings.samples {
+                    let corner = Vec2::new((pixel % SIZE.0) as f32, (pixel / SIZE.0) as f32);
+                    let ray = scene.camera().ray(corner + stratified(sample, settings.samples, &mut rng));
+                    let weight = 1.0 / settings.samples as f32;
+                    naive.follow(scene, &ray, Rgb::splat(weight), pixel as usize, settings.depth);
+                }
+            }
+            naive
+        }
+
+        fn follow(&mut self, scene: &Scene, ray: &Ray, weight: Rgb, pixel: usize, depth: u32) {
+            self.rays += 1;
+            let Some(hit) = scene.intersect(ray) else { return };
+            self.pixels[pixel][1] += f64::from(mean(weight * scene.emission(&hit)));
+            let scattering = scene.scatter(&hit, Transport::Camera);
+            if scattering.albedo != Rgb::ZERO {
+                self.pixels[pixel][0] += f64::from(mean(weight));
+                self.hit_points += 1;
+            }
+            for lobe in scattering.specular() {
+                let weight = weight * lobe.weight();
+                match hit.continue_along(lobe.event, hit.frame().to_world(lobe.wi)) {
+                    Some(ray) if depth > 0 => self.follow(scene, &ray, weight, pixel, depth - 1),
+                    Some(_) => self.cut_weight += f64::from(mean(weight)) / f64::from(SIZE.0 * SIZE.1),
+                    None => (),
+                }
+            }
+        }
+    }
+
+    fn pixels(eye: &EyePass) -> Vec<Pixel> {
+        let mut pixels: Vec<Pixel> = eye.emitted.iter().map(|e| [0.0, f64::from(mean(*e))]).collect();
+        for hit_point in &eye.hit_points {
+            pixels[hit_point.pixel as usize][0] += f64::from(mean(hit_point.weight));
+        }
+        pixels
+    }
+
+    /// Rays that graze an edge may fall either way, here and in the twin.
+    #[test]
+    fn finds_what_single_rays_find() {
+        let scene = glass_and_mirror();
+        for (samples, depth) in [(1, 0), (3, 2), (4, 12)] {
+            let settings = Settings { samples, depth, ..Settings::of_scene(scene.render()) };
+            let (eye, naive) = (trace(&scene, &settings), Naive::trace(&scene, &settings));
+            let differs =
+                |(a, b): &(Pixel, Pixel)| (0..2).any(|k| (a[k] - b[k]).abs() > 1e-3 * b[k].max(0.1));
+            let different = pixels(&eye).into_iter().zip(naive.pixels).filter(differs).count();
+            assert!(different <= 3, "{samples} samples, depth {depth}: {different} pixels differ");
+            let close = |a: f64, b: f64| (a / b - 1.0).abs() < 2e-3;
+            assert!(close(eye.rays as f64, naive.rays as f64), "{} rays for {}", eye.rays, naive.rays);
+            assert!(close(eye.hit_points.len() as f64, naive.hit_points as f64));
+            assert!(close(eye.cut_weight, naive.cut_weight), "{} for {}", eye.cut_weight, naive.cut_weight);
+        }
+    }
+
+    #[test]
+    fn hit_points_of_all_tiles_keep_their_order() {
+        let hit_point = |pixel| {
+            let receiver = Receiver {
+                p: Default::default(),
+                p_error: 0.0,
+                ng: Default::default(),
+                ns: Default::default(),
+            };
+            HitPoint { receiver, weight: Rgb::ONE, pixel, material: 0, footprint: 0.0 }
+        };
+        let mut next = 0;
+        let mut tile = |count: u32| {
+            next += count;
+            Tile { hit_points: (next - count..next).map(hit_point).collect(), ..Tile::default() }
+        };
+        let tiles: Vec<Tile> = [0, 3, 0, 0, 40_000, 1, 9000, 0].map(&mut tile).into();
+        assert!(concatenated(&tiles).iter().map(|h| h.pixel).eq(0..49_004));
+        assert!(concatenated(&[]).is_empty() && concatenated(&tiles[..1]).is_empty());
+    }
+
+    #[test]
+    fn batches_take_all_that_waits_newest_first() {
+        let (mut waiting, mut batch) = (Front::default(), Front::default());
+        let count = 2 * BATCH as u32 + 5;
+        for pixel in 0..count {
+            let ray = Ray::new(Default::default(), Default::default());
+            waiting.push(ray, Branch { weight: Rgb::ONE, length: 0.0, pixel, depth: 0 });
+        }
+        let mut end = count;
+        while end > 0 {
+            batch.take_from(&mut waiting);
+            let start = end.saturating_sub(BATCH as u32);
+            assert!(batch.branches.iter().map(|b| b.pixel).eq(start..end));
+            assert_eq!((batch.rays.len(), waiting.rays.len()), (batch.branches.len(), start as usize));
+            end = start;
+        }
+        batch.take_from(&mut waiting);
+        assert!(batch.rays.is_empty() && waiting.rays.is_empty());
     }
 
     #[test]
@@ -179,5 +389,17 @@ mod tests {
             let corner = stratified(samples - 1, samples, &mut rng);
             assert!(corner.max_element() < 1.0 && corner.y >= 1.0 - 1.0 / (samples as f32).sqrt() - 1e-6);
         }
+    }
+
+    #[test]
+    fn recorded_rays_are_those_of_the_pass() {
+        let scene = glass_and_mirror();
+        let settings = Settings { samples: 2, ..Settings::of_scene(scene.render()) };
+        let (eye, rays) = (trace(&scene, &settings), record_rays(&scene, &settings));
+        assert_eq!(rays.len() as u64, eye.rays);
+        assert!(eye.rays > u64::from(SIZE.0 * SIZE.1 * 2), "the balls mirror and refract");
+        let hits = rays.iter().filter_map(|ray| scene.intersect(ray));
+        let diffuse = hits.filter(|hit| scene.scatter(hit, Transport::Camera).albedo != Rgb::ZERO);
+        assert_eq!(diffuse.count(), eye.hit_points.len());
     }
 }

@@ -46,6 +46,8 @@ impl Surface {
     }
 
     /// The surface at a hit of the ray tracer.
+    // Inlined, since handing such records over through memory stalls on their parts of odd size.
+    #[inline(always)]
     pub fn at(&self, ray: &Ray, hit: &Hit) -> Geometry {
         match self {
             Surface::Mesh(mesh, facets) => on_triangle(mesh, &facets[hit.primitive as usize], hit),
@@ -144,6 +146,8 @@ pub struct SurfaceHit {
 }
 
 impl SurfaceHit {
+    // Inlined for the same reason as `Surface::at`.
+    #[inline(always)]
     pub(super) fn new(ray: &Ray, t: f32, surface: Geometry) -> SurfaceHit {
         let Geometry { p, p_error, ng, ns, material } = surface;
         let wo = -ray.dir.normalize();
