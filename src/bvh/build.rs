@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::items::{Extent, Item};
-use super::split::{Bins, Slicer, partition_at_median};
+use super::split::{Bins, partition_at_median};
 use super::tree::{Node, Tree};
 use crate::math::Aabb;
 
@@ -28,60 +28,108 @@ const MAX_HEURISTIC_DEPTH: u32 = 40;
 /// assert_eq!(order, [1, 2, 0]);
 /// ```
 pub fn build(boxes: &[Aabb], leaf_size: usize) -> (Tree, Vec<u32>) {
+    build_along::<3, 16>(boxes.len(), |index| boxes[index], leaf_size)
+}
+
+/// The same over the boxes `bounds_of(0..len)`; cuts are sought between `SLICES` equal slices along the `AXES`
+/// longest axes of a node.
+///
+/// One axis and few slices are enough for boxes that are all about as large and as long as wide.
+pub(super) fn build_along<const AXES: usize, const SLICES: usize>(
+    len: usize,
+    bounds_of: impl Fn(usize) -> Aabb + Sync,
+    leaf_size: usize,
+) -> (Tree, Vec<u32>) {
     let mut items: Vec<Item> =
-        boxes.par_iter().enumerate().map(|(index, b)| Item::new(b, index as u32)).collect();
+        (0..len).into_par_iter().map(|index| Item::new(&bounds_of(index), index as u32)).collect();
     let mut nodes = Vec::new();
     if !items.is_empty() {
-        Builder { leaf_size: leaf_size.max(1) }.subtree(&mut items, 0, 0, &mut nodes);
+        let extent = in_halves(&items, &Extent::of, &Extent::union);
+        let bins = in_halves(&items, &|part| Bins::<AXES, SLICES>::of(part, &extent), &Bins::union);
+        Builder { leaf_size: leaf_size.max(1) }.subtree(&mut items, (&extent, &bins), 0, 0, &mut nodes);
     }
     nodes.shrink_to_fit();
     let order = items.par_iter().map(Item::index).collect();
-    (Tree { nodes, len: boxes.len() }, order)
+    (Tree { nodes, len }, order)
 }
+
+/// A set of items and, if it is to be cut, how it is sorted into bins.
+type Set<'a, const AXES: usize, const SLICES: usize> = (&'a Extent, &'a Bins<AXES, SLICES>);
 
 struct Builder {
     leaf_size: usize,
 }
 
 impl Builder {
-    fn subtree(&self, items: &mut [Item], first: u32, depth: u32, nodes: &mut Vec<Node>) {
+    fn subtree<const AXES: usize, const SLICES: usize>(
+        &self,
+        items: &mut [Item],
+        set: Set<AXES, SLICES>,
+        first: u32,
+        depth: u32,
+        nodes: &mut Vec<Node>,
+    ) {
         let root = nodes.len();
-        let extent = in_halves(items, &Extent::of, &Extent::union);
-        nodes.push(Node { bounds: extent.bounds.to_aabb(), first, size: 1 });
+        nodes.push(Node { bounds: set.0.bounds.to_aabb(), first, size: 1 });
         if items.len() <= self.leaf_size {
             return;
         }
-        let n_left = partition(items, &extent, depth);
-        self.children(items, n_left, first, depth + 1, nodes);
+        let mut bins = [Bins::UNUSED; 2];
+        let (n_left, extents) = self.partition(items, set, depth, &mut bins);
+        let sets = [(&extents[0], &bins[0]), (&extents[1], &bins[1])];
+        self.children(items, n_left, sets, first, depth + 1, nodes);
         nodes[root].size = (nodes.len() - root) as u32;
     }
 
-    fn children(&self, items: &mut [Item], n_left: usize, first: u32, depth: u32, nodes: &mut Vec<Node>) {
+    /// Moves the items of the left child to the front. Returns their number and the extents of both children, and
+    /// leaves their bins in `bins`, unless both are leaves.
+    fn partition<const AXES: usize, const SLICES: usize>(
+        &self,
+        items: &mut [Item],
+        (extent, own_bins): Set<AXES, SLICES>,
+        depth: u32,
+        bins: &mut [Bins<AXES, SLICES>; 2],
+    ) -> (usize, [Extent; 2]) {
+        let cut = if depth < MAX_HEURISTIC_DEPTH { own_bins.cheapest_cut() } else { None };
+        let Some(cut) = cut else {
+            let n_left = partition_at_median(items, extent);
+            let (left, right) = items.split_at(n_left);
+            let extents = [left, right].map(Extent::of);
+            *bins = [Bins::of(left, &extents[0]), Bins::of(right, &extents[1])];
+            return (n_left, extents);
+        };
+        let (extents, counts) = own_bins.sides(cut);
+        let n_left = if counts.iter().all(|&n| n <= self.leaf_size) {
+            own_bins.partition(items, cut)
+        } else {
+            own_bins.partition_into(items, cut, &extents, bins)
+        };
+        (n_left, extents)
+    }
+
+    fn children<const AXES: usize, const SLICES: usize>(
+        &self,
+        items: &mut [Item],
+        n_left: usize,
+        sets: [Set<AXES, SLICES>; 2],
+        first: u32,
+        depth: u32,
+        nodes: &mut Vec<Node>,
+    ) {
         let parallel = items.len() >= PARALLEL_BOXES;
         let (left, right) = items.split_at_mut(n_left);
         let middle = first + n_left as u32;
         if parallel {
             let mut right_nodes = Vec::new();
             rayon::join(
-                || self.subtree(left, first, depth, nodes),
-                || self.subtree(right, middle, depth, &mut right_nodes),
+                || self.subtree(left, sets[0], first, depth, nodes),
+                || self.subtree(right, sets[1], middle, depth, &mut right_nodes),
             );
             nodes.append(&mut right_nodes);
         } else {
-            self.subtree(left, first, depth, nodes);
-            self.subtree(right, middle, depth, nodes);
+            self.subtree(left, sets[0], first, depth, nodes);
+            self.subtree(right, sets[1], middle, depth, nodes);
         }
-    }
-}
-
-fn partition(items: &mut [Item], extent: &Extent, depth: u32) -> usize {
-    if depth >= MAX_HEURISTIC_DEPTH {
-        return partition_at_median(items, extent);
-    }
-    let slicer = Slicer::new(extent);
-    match in_halves(items, &|part| Bins::of(part, &slicer), &Bins::union).cheapest_cut() {
-        Some(cut) => slicer.partition(items, cut),
-        None => partition_at_median(items, extent),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::build::build;
+use super::build::build_along;
 use super::gather::{EachMeeting, Gatherer, Radii, gather};
 use super::sphere::Sphere;
 use super::tree::{Node, Tree};
@@ -40,8 +40,8 @@ impl SphereBvh {
     /// assert_eq!(found, [1, 2]);
     /// ```
     pub fn build(spheres: &[Sphere]) -> (SphereBvh, Vec<u32>) {
-        let boxes: Vec<Aabb> = spheres.par_iter().map(Sphere::bounds).collect();
-        let (tree, order) = build(&boxes, LEAF_SIZE);
+        let bounds_of = |index: usize| spheres[index].bounds();
+        let (tree, order) = build_along::<1, 8>(spheres.len(), bounds_of, LEAF_SIZE);
         let column = |of: fn(&Sphere) -> f32| order.par_iter().map(|&k| of(&spheres[k as usize])).collect();
         let centers = [column(|s| s.center.x), column(|s| s.center.y), column(|s| s.center.z)];
         let radii = column(|s| s.radius);
