@@ -28,7 +28,9 @@ struct Flight {
 #[derive(Debug, Default)]
 pub(super) struct Wavefront {
     flights: Vec<Flight>,
-    bounced: Vec<Flight>,
+    /// Which of them still fly.
+    live: Vec<u32>,
+    /// The same, in the order of their rays.
     order: Vec<u32>,
     rays: Vec<Ray>,
 }
@@ -51,14 +53,14 @@ impl Wavefront {
         batch.ledger.emitted += self.flights.len() as u64;
         for _ in 0..MAX_SEGMENTS {
             batch.ledger.dropped += self.drop_dark();
-            if self.flights.is_empty() {
+            if self.live.is_empty() {
                 return;
             }
             self.line_up();
             see(&self.rays);
             self.bounce(scene, settings, coherence, batch);
         }
-        batch.ledger.terminated += self.flights.len() as u64;
+        batch.ledger.terminated += self.live.len() as u64;
     }
 
     fn emit(&mut self, scene: &Scene, settings: &Settings, pass: u32, paths: Range<u64>) {
@@ -69,50 +71,53 @@ impl Wavefront {
             let ray = Ray::new(emission.origin, emission.dir);
             Some(Flight { ray, power: emission.power, rng, direct: true })
         }));
+        self.live.clear();
+        self.live.extend(0..self.flights.len() as u32);
     }
 
     /// Removes photons without power, or with one that is no number, and returns how many.
     fn drop_dark(&mut self) -> u64 {
-        let before = self.flights.len();
-        self.flights.retain(|flight| flight.power.is_finite() && flight.power.max_element() > 0.0);
-        (before - self.flights.len()) as u64
+        let before = self.live.len();
+        let has_power = |power: Rgb| power.is_finite() && power.max_element() > 0.0;
+        self.live.retain(|&k| has_power(self.flights[k as usize].power));
+        (before - self.live.len()) as u64
     }
 
     /// Orders the rays by the octant that they point into, otherwise as they come.
     fn line_up(&mut self) {
+        let octant_of = |k: u32| octant(self.flights[k as usize].ray.dir);
         let mut places = [0; 9];
-        for flight in &self.flights {
-            places[octant(flight.ray.dir) + 1] += 1;
-        }
-        (1..9).for_each(|k| places[k] += places[k - 1]);
+        self.live.iter().for_each(|&k| places[octant_of(k) + 1] += 1);
+        (1..9).for_each(|octant| places[octant] += places[octant - 1]);
         self.order.clear();
-        self.order.resize(self.flights.len(), 0);
-        for (flight, number) in self.flights.iter().zip(0..) {
-            let place = &mut places[octant(flight.ray.dir)];
-            self.order[*place] = number;
+        self.order.resize(self.live.len(), 0);
+        for &k in &self.live {
+            let place = &mut places[octant_of(k)];
+            self.order[*place] = k;
             *place += 1;
         }
         self.rays.clear();
         self.rays.extend(self.order.iter().map(|&k| self.flights[k as usize].ray));
     }
 
-    /// Traces all rays and replaces the photons by those that go on.
+    /// Traces all rays and sends the photons on their way.
     fn bounce(&mut self, scene: &Scene, settings: &Settings, coherence: Coherence, batch: &mut PhotonBatch) {
-        let Wavefront { flights, bounced, order, rays } = self;
+        let Wavefront { flights, live, order, rays } = self;
         let mut hits = 0;
-        bounced.clear();
+        live.clear();
         scene.intersect_all(rays, coherence, |k, hit| {
             hits += 1;
             let flight = &mut flights[order[k] as usize];
             let scattering = scene.scatter(hit, Transport::Power);
             deposit(batch, flight, hit, &scattering);
-            bounced.extend(next(flight, hit, &scattering, settings));
+            if flight.go_on(hit, &scattering, settings).is_some() {
+                live.push(order[k]);
+            }
         });
         let ledger = &mut batch.ledger;
         ledger.rays += rays.len() as u64;
         ledger.escaped += rays.len() as u64 - hits;
-        ledger.absorbed += hits - bounced.len() as u64;
-        std::mem::swap(flights, bounced);
+        ledger.absorbed += hits - live.len() as u64;
     }
 }
 
@@ -130,22 +135,19 @@ fn deposit(batch: &mut PhotonBatch, flight: &Flight, hit: &SurfaceHit, scatterin
     }
 }
 
-/// Russian roulette between reflection, refraction, diffuse bounce and absorption, which is `None`.
-fn next(
-    flight: &mut Flight,
-    hit: &SurfaceHit,
-    scattering: &Scattering,
-    settings: &Settings,
-) -> Option<Flight> {
-    let rng = &mut flight.rng;
-    let (event, dir, factor) = match scattering.choose(rng.next_f32())? {
-        Choice::Specular { event, wi, factor } => (event, hit.frame().to_world(wi), factor),
-        Choice::Diffuse { factor } => {
-            let (wi, cosine_factor) = sample_diffuse(settings.sampling, Vec3::Z, rng);
-            (Event::Diffuse, Frame::around(hit.receiver().ng).to_world(wi), factor * cosine_factor)
-        }
-    };
-    let ray = hit.continue_along(event, dir)?;
-    let power = flight.power * factor * hit.adjoint_correction(event, dir);
-    Some(Flight { ray, power, rng: flight.rng.clone(), direct: false })
+impl Flight {
+    /// Russian roulette between reflection, refraction, diffuse bounce and absorption, which is `None`.
+    fn go_on(&mut self, hit: &SurfaceHit, scattering: &Scattering, settings: &Settings) -> Option<()> {
+        let (event, dir, factor) = match scattering.choose(self.rng.next_f32())? {
+            Choice::Specular { event, wi, factor } => (event, hit.frame().to_world(wi), factor),
+            Choice::Diffuse { factor } => {
+                let (wi, cosine_factor) = sample_diffuse(settings.sampling, Vec3::Z, &mut self.rng);
+                (Event::Diffuse, Frame::around(hit.receiver().ng).to_world(wi), factor * cosine_factor)
+            }
+        };
+        self.ray = hit.continue_along(event, dir)?;
+        self.power *= factor * hit.adjoint_correction(event, dir);
+        self.direct = false;
+        Some(())
+    }
 }
