@@ -294,12 +294,12 @@ fn bench_holds_the_rivals_against_each_other() {
     #[rustfmt::skip]
     let output = caustica(&[
         "bench", "--gather", "--points", "2e3", "--overlaps", "5", "--photons", "1e3", "--repetitions", "1",
-        "--threads", "2", "--csv", "-",
+        "--threads", "2", "--variants", "--csv", "-",
     ]);
     assert!(output.status.success(), "{}", text(&output.stderr));
     let csv = text(&output.stdout);
     let overlaps: Vec<&str> = csv.lines().skip(1).map(|line| line.rsplit(',').nth(9).unwrap()).collect();
-    assert_eq!(overlaps.len(), 5, "{csv}");
+    assert_eq!(overlaps.len(), 9, "{csv}");
     assert!(overlaps.iter().all(|count| *count == overlaps[0] && count.parse::<u64>().unwrap() > 1000));
 }
 

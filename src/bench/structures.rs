@@ -5,9 +5,10 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use rayon::prelude::*;
 
 use super::{BenchError, HashGrid};
-use crate::bvh::{Sphere, SphereBvh};
+use crate::bvh::{Sphere, SphereBvh, Weight};
 use crate::embree::{self, SphereQuery};
 use crate::math::Vec3;
+use crate::simd::LANES;
 
 /// A search structure over spheres that can be measured.
 pub trait Structure {
@@ -54,6 +55,19 @@ pub const RIVALS: [Rival; 5] = [
     Rival { name: "Embree point query", photons: PhotonOrder::Sorted, build: build_point_query },
     Rival { name: "hash grid", photons: PhotonOrder::Sorted, build: build_hash_grid },
 ];
+
+/// Other ways to build the sphere tree than the program's.
+pub const VARIANTS: [Rival; 4] = [
+    Rival { name: "by volume", photons: PhotonOrder::Sorted, build: |s| shaped(s, LANES, Weight::Volume) },
+    Rival { name: "leaves of 4", photons: PhotonOrder::Sorted, build: |s| shaped(s, 4, Weight::Area) },
+    Rival { name: "leaves of 8", photons: PhotonOrder::Sorted, build: |s| shaped(s, 8, Weight::Area) },
+    Rival { name: "leaves of 12", photons: PhotonOrder::Sorted, build: |s| shaped(s, 12, Weight::Area) },
+];
+
+fn shaped(spheres: &[Sphere], leaf_size: usize, weight: Weight) -> Built {
+    let (tree, order) = SphereBvh::build_with(spheres, leaf_size, weight);
+    Ok(Box::new(OrderedTree { tree, order }))
+}
 
 /// A structure that is asked about one point after the other.
 pub trait PointSearch: Sync {

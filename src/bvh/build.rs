@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::items::{Extent, Item};
-use super::split::{Bins, partition_at_median};
+use super::split::{Bins, Weight, partition_at_median};
 use super::tree::{Node, Tree};
 use crate::math::Aabb;
 
@@ -28,7 +28,7 @@ const MAX_HEURISTIC_DEPTH: u32 = 40;
 /// assert_eq!(order, [1, 2, 0]);
 /// ```
 pub fn build(boxes: &[Aabb], leaf_size: usize) -> (Tree, Vec<u32>) {
-    build_along::<3, 16>(boxes.len(), |index| boxes[index], leaf_size)
+    build_along::<3, 16>(boxes.len(), |index| boxes[index], leaf_size, Weight::Area)
 }
 
 /// The same over the boxes `bounds_of(0..len)`; cuts are sought between `SLICES` equal slices along the `AXES`
@@ -39,6 +39,7 @@ pub(super) fn build_along<const AXES: usize, const SLICES: usize>(
     len: usize,
     bounds_of: impl Fn(usize) -> Aabb + Sync,
     leaf_size: usize,
+    weight: Weight,
 ) -> (Tree, Vec<u32>) {
     let mut items: Vec<Item> =
         (0..len).into_par_iter().map(|index| Item::new(&bounds_of(index), index as u32)).collect();
@@ -46,7 +47,8 @@ pub(super) fn build_along<const AXES: usize, const SLICES: usize>(
     if !items.is_empty() {
         let extent = in_halves(&items, &Extent::of, &Extent::union);
         let bins = in_halves(&items, &|part| Bins::<AXES, SLICES>::of(part, &extent), &Bins::union);
-        Builder { leaf_size: leaf_size.max(1) }.subtree(&mut items, (&extent, &bins), 0, 0, &mut nodes);
+        let builder = Builder { leaf_size: leaf_size.max(1), weight };
+        builder.subtree(&mut items, (&extent, &bins), 0, 0, &mut nodes);
     }
     nodes.shrink_to_fit();
     let order = items.par_iter().map(Item::index).collect();
@@ -58,6 +60,7 @@ type Set<'a, const AXES: usize, const SLICES: usize> = (&'a Extent, &'a Bins<AXE
 
 struct Builder {
     leaf_size: usize,
+    weight: Weight,
 }
 
 impl Builder {
@@ -90,7 +93,7 @@ impl Builder {
         depth: u32,
         bins: &mut [Bins<AXES, SLICES>; 2],
     ) -> (usize, [Extent; 2]) {
-        let cut = if depth < MAX_HEURISTIC_DEPTH { own_bins.cheapest_cut() } else { None };
+        let cut = if depth < MAX_HEURISTIC_DEPTH { own_bins.cheapest_cut(self.weight) } else { None };
         let Some(cut) = cut else {
             let n_left = partition_at_median(items, extent);
             let (left, right) = items.split_at(n_left);

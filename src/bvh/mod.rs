@@ -27,4 +27,5 @@ pub use ray_bvh::{RayBvh, RayBvhBuilder, RayHit};
 pub use ray_bvh_error::RayBvhError;
 pub use sphere::Sphere;
 pub use sphere_bvh::SphereBvh;
+pub use split::Weight;
 pub use tree::{Node, Tree};

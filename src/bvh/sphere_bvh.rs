@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::build::build_along;
 use super::gather::{EachMeeting, Gatherer, Radii, gather};
 use super::sphere::Sphere;
+use super::split::Weight;
 use super::tree::{Node, Tree};
 use crate::math::{Aabb, Vec3};
 use crate::simd::{Isa, LANES};
@@ -40,8 +41,14 @@ impl SphereBvh {
     /// assert_eq!(found, [1, 2]);
     /// ```
     pub fn build(spheres: &[Sphere]) -> (SphereBvh, Vec<u32>) {
+        SphereBvh::build_with(spheres, LEAF_SIZE, Weight::Area)
+    }
+
+    /// The same with at most `leaf_size` spheres in a leaf, from 1 to [`LANES`], and costs by `weight`: to measure
+    /// what [`SphereBvh::build`] rests on.
+    pub fn build_with(spheres: &[Sphere], leaf_size: usize, weight: Weight) -> (SphereBvh, Vec<u32>) {
         let bounds_of = |index: usize| spheres[index].bounds();
-        let (tree, order) = build_along::<1, 8>(spheres.len(), bounds_of, LEAF_SIZE);
+        let (tree, order) = build_along::<1, 8>(spheres.len(), bounds_of, leaf_size.min(LANES), weight);
         let column = |of: fn(&Sphere) -> f32| order.par_iter().map(|&k| of(&spheres[k as usize])).collect();
         let centers = [column(|s| s.center.x), column(|s| s.center.y), column(|s| s.center.z)];
         let radii = column(|s| s.radius);

@@ -2,15 +2,31 @@
 
 use super::items::{Extent, Item, WideBox};
 
-/// The work that a split leaves to do, up to a factor and a constant that all splits of one node share.
-///
-/// A query visits a child with a probability proportional to the child's weight, and then tests its boxes. The
-/// weight is the surface area, the measure of the lines that meet the box.
-///
-/// # Source
-/// MacDonald and Booth, "Heuristics for Ray Tracing Using Space Subdivision", The Visual Computer 6(3), 1990.
-fn split_cost(left: &WideBox, n_left: u32, right: &WideBox, n_right: u32) -> f32 {
-    left.surface_area() * n_left as f32 + right.surface_area() * n_right as f32
+/// What a query's chance to visit a box is taken to be proportional to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Weight {
+    /// The surface area, the measure of the lines that meet the box.
+    Area,
+    /// The volume, the measure of the points inside.
+    Volume,
+}
+
+impl Weight {
+    fn of(self, bounds: &WideBox) -> f32 {
+        match self {
+            Weight::Area => bounds.surface_area(),
+            Weight::Volume => (0..3).map(|axis| bounds.extent(axis).max(0.0)).product(),
+        }
+    }
+
+    /// The work that a split leaves to do, up to a factor and a constant that all splits of one node share: a query
+    /// visits a child with a probability proportional to its weight, and then tests its boxes.
+    ///
+    /// # Source
+    /// MacDonald and Booth, "Heuristics for Ray Tracing Using Space Subdivision", The Visual Computer 6(3), 1990.
+    fn split_cost(self, left: &WideBox, n_left: u32, right: &WideBox, n_right: u32) -> f32 {
+        self.of(left) * n_left as f32 + self.of(right) * n_right as f32
+    }
 }
 
 /// Maps centres to equal slices of their box, along its `AXES` longest axes.
@@ -107,15 +123,15 @@ impl<const AXES: usize, const SLICES: usize> Bins<AXES, SLICES> {
     }
 
     /// The cheapest cut with items on both sides; `None` where all share one slice or no cost is finite.
-    pub(super) fn cheapest_cut(&self) -> Option<Cut> {
+    pub(super) fn cheapest_cut(&self, weight: Weight) -> Option<Cut> {
         (0..AXES)
-            .flat_map(|row| self.cuts_along(row))
+            .flat_map(|row| self.cuts_along(row, weight))
             .filter(|(price, _)| price.0 < f32::INFINITY)
             .min_by(|(a, _), (b, _)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
             .map(|(_, cut)| cut)
     }
 
-    fn cuts_along(&self, row: usize) -> impl Iterator<Item = ((f32, u32), Cut)> {
+    fn cuts_along(&self, row: usize, weight: Weight) -> impl Iterator<Item = ((f32, u32), Cut)> {
         let bins = &self.rows[row];
         let mut above = [(WideBox::EMPTY, 0); SLICES];
         for k in (1..SLICES).rev() {
@@ -125,7 +141,7 @@ impl<const AXES: usize, const SLICES: usize> Bins<AXES, SLICES> {
         (0..SLICES - 1).filter_map(move |last| {
             below = (below.0.union(&bins[last].extent.bounds), below.1 + bins[last].count);
             let rest = &above[last];
-            let cost = split_cost(&below.0, below.1, &rest.0, rest.1);
+            let cost = weight.split_cost(&below.0, below.1, &rest.0, rest.1);
             let balance = below.1.abs_diff(rest.1);
             (below.1 > 0 && rest.1 > 0).then_some(((cost, balance), Cut { row, last }))
         })
@@ -206,7 +222,7 @@ mod tests {
     fn check_partition<const AXES: usize, const SLICES: usize>(mut set: Vec<Item>) {
         let extent = Extent::of(&set);
         let bins = Bins::<AXES, SLICES>::of(&set, &extent);
-        let Some(cut) = bins.cheapest_cut() else { return };
+        let Some(cut) = bins.cheapest_cut(Weight::Area) else { return };
         let (sides, counts) = bins.sides(cut);
         let mut filled = [Bins::UNUSED; 2];
         let n_left = bins.partition_into(&mut set, cut, &sides, &mut filled);
@@ -246,5 +262,16 @@ mod tests {
         assert_eq!([0.5, 1.5, 2.5, 5.1, 7.9].map(|x| slice(x, 1)), [0, 1, 2, 5, 7]);
         assert_eq!([-1e30, f32::NEG_INFINITY, f32::NAN].map(|x| slice(x, 0)), [0; 3]);
         assert_eq!([16.0, 1e30, f32::INFINITY].map(|x| slice(x, 0)), [7; 3]);
+    }
+
+    /// Two flat boxes have no volume, but area; and of two others the one may be larger by area, the other by volume.
+    #[test]
+    fn weights_are_areas_and_volumes() {
+        let boxed = |x: f32, y: f32, z: f32| WideBox::EMPTY.with_point([0.0; 4]).with_point([x, y, z, 0.0]);
+        assert_eq!(Weight::Volume.of(&boxed(2.0, 3.0, 4.0)), 24.0);
+        assert_eq!(Weight::Area.of(&boxed(2.0, 3.0, 4.0)), 52.0);
+        assert_eq!(Weight::Volume.of(&boxed(2.0, 0.0, 4.0)), 0.0);
+        assert_eq!(Weight::Volume.of(&WideBox::EMPTY), 0.0);
+        assert_eq!(Weight::Volume.split_cost(&boxed(1.0, 1.0, 2.0), 3, &boxed(1.0, 1.0, 1.0), 5), 11.0);
     }
 }

@@ -9,7 +9,7 @@ use super::{load, use_threads};
 use crate::bench::gather::{self, GatherSettings, Radii};
 use crate::bench::pass::{self, PassSettings};
 use crate::bench::rays::{self, RaySettings};
-use crate::bench::structures::RIVALS;
+use crate::bench::structures::{RIVALS, VARIANTS};
 use crate::output::{check_writable, write_atomically};
 use crate::ppm::Settings;
 use crate::report::Page;
@@ -46,7 +46,8 @@ fn run_pass(args: &BenchArgs, path: &Path) -> Result<Outcome, CliError> {
 
 fn run_gather(args: &BenchArgs) -> Result<Outcome, CliError> {
     let settings = gather_settings(args);
-    let report = gather::measure(&settings, &RIVALS, |points, percent| {
+    let variants = if args.variants { &VARIANTS[..] } else { &[] };
+    let report = gather::measure(&settings, &[&RIVALS[..], variants].concat(), |points, percent| {
         eprintln!("{points} spheres of radius {percent:.3} %");
     })?;
     write(args, &report, &report.page())
