@@ -43,8 +43,9 @@ pub(super) enum Tracer {
     Custom(RayBvh),
 }
 
-/// Rays that Embree traces at a time.
-pub(super) const PACKET: usize = 16;
+/// Rays that Embree traces at a time. Packets of 16 are as fast where rays start and point alike, and a fifth slower
+/// where they do not.
+pub(super) const PACKET: usize = 8;
 
 /// Where a ray first meets a surface, whoever found it; see [`embree::Hit`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -116,7 +117,7 @@ impl Tracer {
                 let mut packet = [None; PACKET];
                 for (rays, hits) in rays.chunks(PACKET).zip(hits.chunks_mut(PACKET)) {
                     let found = &mut packet[..rays.len()];
-                    scene.intersect_packets(rays, found, PacketWidth::Sixteen, coherence);
+                    scene.intersect_packets(rays, found, PacketWidth::Eight, coherence);
                     for (hit, found) in hits.iter_mut().zip(found) {
                         *hit = found.map(Hit::from);
                     }
