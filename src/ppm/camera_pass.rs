@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{HitPoint, Settings};
+use super::{HitPoint, HitPoints, Settings};
 use crate::bsdf::{Event, Transport};
 use crate::math::{Ray, Rgb, Rng, Stream, Vec2, mean};
 use crate::scene::{Coherence, Scene, SurfaceHit};
@@ -11,7 +11,7 @@ use crate::scene::{Coherence, Scene, SurfaceHit};
 #[derive(Debug)]
 pub struct EyePass {
     /// The hit points, tile by tile of the picture.
-    pub hit_points: Vec<HitPoint>,
+    pub hit_points: HitPoints,
     /// Radiance of the lights that are seen directly or along specular chains, by pixel.
     pub emitted: Vec<Rgb>,
     /// Rays traced.
@@ -26,9 +26,6 @@ const TILE: u32 = 32;
 /// Most rays that are traced at a time. The newest go first, so that few wait however the trees branch.
 const BATCH: usize = 8192;
 
-/// Copies fewer hit points than this are made by one thread.
-const COPIES: usize = 4096;
-
 /// Traces every eye path of the picture, tile by tile in parallel; the order of the result is that of the tiles.
 pub fn trace(scene: &Scene, settings: &Settings) -> EyePass {
     let (width, height) = (scene.film().width, scene.film().height);
@@ -40,12 +37,12 @@ pub fn trace(scene: &Scene, settings: &Settings) -> EyePass {
     for (pixel, radiance) in tiles.iter().flat_map(|tile| &tile.emitted) {
         emitted[*pixel as usize] += *radiance;
     }
+    let share = 1.0 / (f64::from(width) * f64::from(height));
     EyePass {
-        hit_points: concatenated(&tiles),
         emitted,
         rays: tiles.iter().map(|tile| tile.rays).sum(),
-        cut_weight: tiles.iter().map(|tile| tile.cut_weight).sum::<f64>()
-            / (f64::from(width) * f64::from(height)),
+        cut_weight: share * tiles.iter().map(|tile| tile.cut_weight).sum::<f64>(),
+        hit_points: HitPoints::new(tiles.into_iter().map(|tile| tile.hit_points).collect()),
     }
 }
 
@@ -74,32 +71,6 @@ struct Tile {
     cut_weight: f64,
 }
 
-/// All hit points, tile after tile. Copied in parallel: they are by far the most that the eye pass writes.
-fn concatenated(tiles: &[Tile]) -> Vec<HitPoint> {
-    let mut total = 0;
-    let mut starts = Vec::with_capacity(tiles.len());
-    for tile in tiles {
-        starts.push(total);
-        total += tile.hit_points.len();
-    }
-    let from = |index| {
-        let tile = starts.partition_point(|&start| start <= index) - 1;
-        &tiles[tile].hit_points[index - starts[tile]..]
-    };
-    let copies = (0..total).into_par_iter().with_min_len(COPIES).map_init(
-        || (0, [].as_slice()),
-        |(next, rest), index| {
-            if *next != index || rest.is_empty() {
-                *rest = from(index);
-            }
-            let copy = rest[0];
-            (*next, *rest) = (index + 1, &rest[1..]);
-            copy
-        },
-    );
-    copies.collect()
-}
-
 /// Shows the rays of every batch to `see` before they are traced.
 fn trace_tile(
     scene: &Scene,
@@ -111,21 +82,19 @@ fn trace_tile(
     let (width, height) = (scene.film().width, scene.film().height);
     let columns = width.div_ceil(TILE);
     let (left, top) = (tile % columns * TILE, tile / columns * TILE);
-    let mut trees = EyeTrees {
-        scene,
-        depth: settings.depth,
-        pixel_width: scene.camera().pixel_width(),
-        tile: Tile::default(),
-    };
+    let samples = settings.samples;
+    let expected = (TILE * TILE) as usize * samples as usize;
+    let tile = Tile { hit_points: Vec::with_capacity(expected.min(BATCH)), ..Tile::default() };
+    let pixel_width = scene.camera().pixel_width();
+    let mut trees = EyeTrees { scene, depth: settings.depth, pixel_width, tile };
+    let (strata, weight) = (Strata::new(samples), Rgb::splat(1.0 / samples as f32));
     for y in top..height.min(top + TILE) {
         for x in left..width.min(left + TILE) {
             let pixel = y * width + x;
             let mut rng = Rng::new(settings.seed, Stream::Eye, 0, u64::from(pixel));
-            for sample in 0..settings.samples {
-                let raster = Vec2::new(x as f32, y as f32) + stratified(sample, settings.samples, &mut rng);
-                let weight = Rgb::splat(1.0 / settings.samples as f32);
-                let root = Branch { weight, length: 0.0, pixel, depth: 0 };
-                fronts.waiting[0].push(scene.camera().ray(raster), root);
+            for position in strata.positions(&mut rng) {
+                let ray = scene.camera().ray(Vec2::new(x as f32, y as f32) + position);
+                fronts.waiting[0].push(ray, Branch { weight, length: 0.0, pixel, depth: 0 });
             }
             if fronts.waiting[0].rays.len() >= BATCH {
                 trees.trace(fronts, &mut see);
@@ -136,12 +105,25 @@ fn trace_tile(
     trees.tile
 }
 
-/// A random position in stratum `sample` of the `samples` that tile a pixel; a prime number makes a single row.
-fn stratified(sample: u32, samples: u32, rng: &mut Rng) -> Vec2 {
-    let columns = (1..=samples.isqrt()).rev().find(|c| samples.is_multiple_of(*c)).unwrap_or(1);
-    let strata = Vec2::new(columns as f32, (samples / columns) as f32);
-    let stratum = Vec2::new((sample % columns) as f32, (sample / columns) as f32);
-    (stratum + rng.next_vec2()) / strata
+/// Strata of equal size and nearly equal sides, as many as there are samples, that tile a pixel.
+struct Strata {
+    columns: u32,
+    rows: u32,
+}
+
+impl Strata {
+    /// A prime number makes a single column.
+    fn new(samples: u32) -> Strata {
+        let columns = (1..=samples.isqrt()).rev().find(|c| samples.is_multiple_of(*c)).unwrap_or(1);
+        Strata { columns, rows: samples / columns }
+    }
+
+    /// A random position in each of them.
+    fn positions(&self, rng: &mut Rng) -> impl Iterator<Item = Vec2> {
+        let strata = Vec2::new(self.columns as f32, self.rows as f32);
+        let corners = (0..self.rows).flat_map(|y| (0..self.columns).map(move |x| (x, y)));
+        corners.map(move |(x, y)| (Vec2::new(x as f32, y as f32) + rng.next_vec2()) / strata)
+    }
 }
 
 /// One branch of the tree of an eye sample.
@@ -251,7 +233,7 @@ impl EyeTrees<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{self, Receiver};
+    use crate::scene;
     use std::path::Path;
 
     /// Not a multiple of the tile's size, so that tiles are cut at two edges.
@@ -281,9 +263,9 @@ mod tests {
             let mut naive = Naive { pixels: vec![[0.0; 2]; (SIZE.0 * SIZE.1) as usize], ..Naive::default() };
             for pixel in 0..SIZE.0 * SIZE.1 {
                 let mut rng = Rng::new(settings.seed, Stream::Eye, 0, u64::from(pixel));
-                for sample in 0..settings.samples {
+                for position in Strata::new(settings.samples).positions(&mut rng) {
                     let corner = Vec2::new((pixel % SIZE.0) as f32, (pixel / SIZE.0) as f32);
-                    let ray = scene.camera().ray(corner + stratified(sample, settings.samples, &mut rng));
+                    let ray = scene.camera().ray(corner + position);
                     let weight = 1.0 / settings.samples as f32;
                     naive.follow(scene, &ray, Rgb::splat(weight), pixel as usize, settings.depth);
                 }
@@ -313,7 +295,7 @@ mod tests {
 
     fn pixels(eye: &EyePass) -> Vec<Pixel> {
         let mut pixels: Vec<Pixel> = eye.emitted.iter().map(|e| [0.0, f64::from(mean(*e))]).collect();
-        for hit_point in &eye.hit_points {
+        for hit_point in eye.hit_points.iter() {
             pixels[hit_point.pixel as usize][0] += f64::from(mean(hit_point.weight));
         }
         pixels
@@ -335,27 +317,6 @@ mod tests {
             assert!(close(eye.hit_points.len() as f64, naive.hit_points as f64));
             assert!(close(eye.cut_weight, naive.cut_weight), "{} for {}", eye.cut_weight, naive.cut_weight);
         }
-    }
-
-    #[test]
-    fn hit_points_of_all_tiles_keep_their_order() {
-        let hit_point = |pixel| {
-            let receiver = Receiver {
-                p: Default::default(),
-                p_error: 0.0,
-                ng: Default::default(),
-                ns: Default::default(),
-            };
-            HitPoint { receiver, weight: Rgb::ONE, pixel, material: 0, footprint: 0.0 }
-        };
-        let mut next = 0;
-        let mut tile = |count: u32| {
-            next += count;
-            Tile { hit_points: (next - count..next).map(hit_point).collect(), ..Tile::default() }
-        };
-        let tiles: Vec<Tile> = [0, 3, 0, 0, 40_000, 1, 9000, 0].map(&mut tile).into();
-        assert!(concatenated(&tiles).iter().map(|h| h.pixel).eq(0..49_004));
-        assert!(concatenated(&[]).is_empty() && concatenated(&tiles[..1]).is_empty());
     }
 
     #[test]
@@ -382,11 +343,12 @@ mod tests {
     fn strata_tile_the_pixel() {
         for samples in [1u32, 2, 3, 4, 6, 16, 17] {
             let mut rng = Rng::new(0, Stream::Test, 0, 0);
-            let mean: Vec2 =
-                (0..samples).map(|s| stratified(s, samples, &mut rng)).sum::<Vec2>() / samples as f32;
+            let positions: Vec<Vec2> = Strata::new(samples).positions(&mut rng).collect();
+            assert_eq!(positions.len(), samples as usize);
+            let mean: Vec2 = positions.iter().sum::<Vec2>() / samples as f32;
             let spread = 0.5 / (samples as f32).sqrt() + 1e-6;
             assert!((mean - 0.5).abs().min_element() <= spread, "{samples} samples: {mean}");
-            let corner = stratified(samples - 1, samples, &mut rng);
+            let corner = positions[samples as usize - 1];
             assert!(corner.max_element() < 1.0 && corner.y >= 1.0 - 1.0 / (samples as f32).sqrt() - 1e-6);
         }
     }

@@ -103,7 +103,8 @@ mod tests {
             (desc.film.width, desc.film.height) = (64, 64);
             let scene = Scene::new(desc).unwrap();
             let settings = Settings { samples: 1, ..Settings::of_scene(scene.render()) };
-            let hit_points = camera_pass::trace(&scene, &settings).hit_points;
+            let hit_points: Vec<HitPoint> =
+                camera_pass::trace(&scene, &settings).hit_points.iter().copied().collect();
             let direct = DirectPass::new(&scene, &hit_points, 3);
             let rays = DirectPass::record_rays(&scene, &hit_points, 3);
             assert_eq!(rays.len() as u64, direct.rays());

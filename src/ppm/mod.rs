@@ -16,6 +16,7 @@ mod direct;
 mod facets;
 mod gather;
 mod hit_point;
+mod hit_points;
 mod ledger;
 pub mod photon_pass;
 mod radius;
@@ -28,6 +29,7 @@ pub use direct::DirectPass;
 pub use facets::Facets;
 pub use gather::{Found, received};
 pub use hit_point::{GatherState, HitPoint, PassSum};
+pub use hit_points::HitPoints;
 pub use ledger::Ledger;
 pub use photon_pass::{Photon, PhotonBatch, PhotonPass};
 pub use radius::automatic_radius;
@@ -67,8 +69,8 @@ impl<'s> Render<'s> {
         let eye = camera_pass::trace(scene, &settings);
         let eye_seconds = watch.lap();
         let radius = settings.radius.unwrap_or_else(|| automatic_radius(&eye.hit_points));
-        let (tree, hit_points) = build_tree(eye.hit_points, radius);
-        let states = vec![GatherState::new(radius); hit_points.len()];
+        let (tree, hit_points) = build_tree(&eye.hit_points, radius);
+        let states = hit_points.par_iter().map(|_| GatherState::new(radius)).collect();
         let facets = Facets::of(&hit_points);
         let tree_seconds = watch.lap();
         let direct = DirectPass::new(scene, &hit_points, settings.seed);
@@ -182,11 +184,10 @@ impl<'s> Render<'s> {
 }
 
 /// The tree over spheres of the given radius, and the hit points in its order.
-fn build_tree(hit_points: Vec<HitPoint>, radius: f64) -> (SphereBvh, Vec<HitPoint>) {
+fn build_tree(hit_points: &HitPoints, radius: f64) -> (SphereBvh, Vec<HitPoint>) {
     let radius = radius as f32;
-    let spheres: Vec<Sphere> =
-        hit_points.par_iter().map(|h| Sphere { center: h.receiver.p, radius }).collect();
+    let spheres = hit_points.map(|h| Sphere { center: h.receiver.p, radius });
     let (tree, order) = SphereBvh::build(&spheres);
-    let ordered = order.par_iter().map(|&index| hit_points[index as usize]).collect();
+    let ordered = order.par_iter().map(|&index| *hit_points.get(index as usize)).collect();
     (tree, ordered)
 }
