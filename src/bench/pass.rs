@@ -174,7 +174,10 @@ fn kept(scene: &Scene, settings: &Settings, repetitions: usize) -> Vec<Sample> {
 
 /// A render of one pass with eye paths of its own, again and again.
 fn retraced(scene: &Scene, settings: &Settings, repetitions: usize) -> Vec<Sample> {
-    let round = |seed: u64| {
+    // Kept until the next one stands, so that its memory is used again: pages that the system hands out anew are a
+    // cost of starting, not of a pass.
+    let mut last = None;
+    let mut round = |seed: u64| {
         let settings = Settings { seed: settings.seed.wrapping_add(seed), ..*settings };
         let rays = record_rays(scene, &settings, 0);
         let mut render = Render::new(scene, settings);
@@ -185,6 +188,7 @@ fn retraced(scene: &Scene, settings: &Settings, repetitions: usize) -> Vec<Sampl
         sample.phases.eye = setup.eye_seconds;
         sample.phases.tree = setup.tree_seconds;
         sample.phases.direct += setup.direct_seconds;
+        last = Some(render);
         sample
     };
     round(0);
