@@ -73,6 +73,8 @@ impl Surface {
 }
 
 /// The point from its barycentric weights: its error does not grow with the length of the ray.
+// Inlined for the same reason as `Surface::at`.
+#[inline(always)]
 fn on_triangle(mesh: &Mesh, facet: &Facet, hit: &Hit) -> Geometry {
     let triangle = mesh.triangles[hit.primitive as usize];
     let weigh = |of: &[Vec3]| {
