@@ -2,10 +2,10 @@
 
 use rayon::prelude::*;
 
-use super::items::{Extent, Item};
+use super::items::{BoxItem, CubeItem, Item};
 use super::split::{Bins, Weight, partition_at_median};
 use super::tree::{Node, Tree};
-use crate::math::Aabb;
+use crate::math::{Aabb, Vec3};
 
 /// Below this many boxes a subtree is built by one thread.
 const PARALLEL_BOXES: usize = 8 * 1024;
@@ -28,53 +28,68 @@ const MAX_HEURISTIC_DEPTH: u32 = 40;
 /// assert_eq!(order, [1, 2, 0]);
 /// ```
 pub fn build(boxes: &[Aabb], leaf_size: usize) -> (Tree, Vec<u32>) {
-    build_along::<3, 16>(boxes.len(), |index| boxes[index], leaf_size, Weight::Area)
+    build_boxes(boxes, leaf_size, Weight::Area)
 }
 
-/// The same over the boxes `bounds_of(0..len)`; cuts are sought between `SLICES` equal slices along the `AXES`
-/// longest axes of a node.
+/// The same with costs by `weight`.
+pub(super) fn build_boxes(boxes: &[Aabb], leaf_size: usize, weight: Weight) -> (Tree, Vec<u32>) {
+    let items = boxes.par_iter().enumerate().map(|(index, b)| BoxItem::new(b, index as u32)).collect();
+    Builder::<BoxItem, 3, 16> { leaf_size, weight, shared: () }.build(items)
+}
+
+/// The same over cubes around `centers`, with all sides `2 half_side` long.
 ///
-/// One axis and few slices are enough for boxes that are all about as large and as long as wide.
-pub(super) fn build_along<const AXES: usize, const SLICES: usize>(
-    len: usize,
-    bounds_of: impl Fn(usize) -> Aabb + Sync,
+/// Only the longest axis of a node is tried for its cut, between half as many slices: cubes of one size leave little
+/// to choose.
+pub(super) fn build_cubes(
+    centers: impl IndexedParallelIterator<Item = Vec3>,
+    half_side: f32,
     leaf_size: usize,
     weight: Weight,
 ) -> (Tree, Vec<u32>) {
-    let mut items: Vec<Item> =
-        (0..len).into_par_iter().map(|index| Item::new(&bounds_of(index), index as u32)).collect();
-    let mut nodes = Vec::new();
-    if !items.is_empty() {
-        let extent = in_halves(&items, &Extent::of, &Extent::union);
-        let bins = in_halves(&items, &|part| Bins::<AXES, SLICES>::of(part, &extent), &Bins::union);
-        let builder = Builder { leaf_size: leaf_size.max(1), weight };
-        builder.subtree(&mut items, (&extent, &bins), 0, 0, &mut nodes);
-    }
-    nodes.shrink_to_fit();
-    let order = items.par_iter().map(Item::index).collect();
-    (Tree { nodes, len }, order)
+    let items = centers.enumerate().map(|(index, center)| CubeItem::new(center, index as u32)).collect();
+    Builder::<CubeItem, 1, 8> { leaf_size, weight, shared: half_side }.build(items)
 }
 
-/// A set of items and, if it is to be cut, how it is sorted into bins.
-type Set<'a, const AXES: usize, const SLICES: usize> = (&'a Extent, &'a Bins<AXES, SLICES>);
-
-struct Builder {
+/// Seeks cuts between `SLICES` equal slices along the `AXES` longest axes of a node.
+struct Builder<I: Item, const AXES: usize, const SLICES: usize> {
     leaf_size: usize,
     weight: Weight,
+    shared: I::Shared,
 }
 
-impl Builder {
-    fn subtree<const AXES: usize, const SLICES: usize>(
+/// A set of items: what they span and, if the set is to be cut, how they are sorted into bins.
+type Set<'a, I, const AXES: usize, const SLICES: usize> =
+    (&'a <I as Item>::Extent, &'a Bins<I, AXES, SLICES>);
+
+impl<I: Item, const AXES: usize, const SLICES: usize> Builder<I, AXES, SLICES> {
+    fn build(&self, mut items: Vec<I>) -> (Tree, Vec<u32>) {
+        let mut nodes = Vec::new();
+        if !items.is_empty() {
+            let extent = in_halves(&items, &I::extent_of, &|a, b| I::union(&a, &b));
+            let bins = in_halves(&items, &|part: &[I]| Bins::of(part, &extent), &Bins::union);
+            self.subtree(&mut items, (&extent, &bins), 0, 0, &mut nodes);
+        }
+        nodes.shrink_to_fit();
+        let order = items.par_iter().map(Item::index).collect();
+        (Tree { nodes, len: items.len() }, order)
+    }
+
+    fn is_leaf(&self, n: usize) -> bool {
+        n <= self.leaf_size.max(1)
+    }
+
+    fn subtree(
         &self,
-        items: &mut [Item],
-        set: Set<AXES, SLICES>,
+        items: &mut [I],
+        set: Set<I, AXES, SLICES>,
         first: u32,
         depth: u32,
         nodes: &mut Vec<Node>,
     ) {
         let root = nodes.len();
-        nodes.push(Node { bounds: set.0.bounds.to_aabb(), first, size: 1 });
-        if items.len() <= self.leaf_size {
+        nodes.push(Node { bounds: I::bounds(set.0, self.shared).to_aabb(), first, size: 1 });
+        if self.is_leaf(items.len()) {
             return;
         }
         let mut bins = [Bins::UNUSED; 2];
@@ -86,23 +101,24 @@ impl Builder {
 
     /// Moves the items of the left child to the front. Returns their number and the extents of both children, and
     /// leaves their bins in `bins`, unless both are leaves.
-    fn partition<const AXES: usize, const SLICES: usize>(
+    fn partition(
         &self,
-        items: &mut [Item],
-        (extent, own_bins): Set<AXES, SLICES>,
+        items: &mut [I],
+        (extent, own_bins): Set<I, AXES, SLICES>,
         depth: u32,
-        bins: &mut [Bins<AXES, SLICES>; 2],
-    ) -> (usize, [Extent; 2]) {
-        let cut = if depth < MAX_HEURISTIC_DEPTH { own_bins.cheapest_cut(self.weight) } else { None };
+        bins: &mut [Bins<I, AXES, SLICES>; 2],
+    ) -> (usize, [I::Extent; 2]) {
+        let cut =
+            if depth < MAX_HEURISTIC_DEPTH { own_bins.cheapest_cut(self.shared, self.weight) } else { None };
         let Some(cut) = cut else {
-            let n_left = partition_at_median(items, extent);
+            let n_left = partition_at_median(items, I::centers(extent));
             let (left, right) = items.split_at(n_left);
-            let extents = [left, right].map(Extent::of);
+            let extents = [left, right].map(I::extent_of);
             *bins = [Bins::of(left, &extents[0]), Bins::of(right, &extents[1])];
             return (n_left, extents);
         };
         let (extents, counts) = own_bins.sides(cut);
-        let n_left = if counts.iter().all(|&n| n <= self.leaf_size) {
+        let n_left = if counts.into_iter().all(|n| self.is_leaf(n)) {
             own_bins.partition(items, cut)
         } else {
             own_bins.partition_into(items, cut, &extents, bins)
@@ -110,11 +126,11 @@ impl Builder {
         (n_left, extents)
     }
 
-    fn children<const AXES: usize, const SLICES: usize>(
+    fn children(
         &self,
-        items: &mut [Item],
+        items: &mut [I],
         n_left: usize,
-        sets: [Set<AXES, SLICES>; 2],
+        sets: [Set<I, AXES, SLICES>; 2],
         first: u32,
         depth: u32,
         nodes: &mut Vec<Node>,
@@ -137,9 +153,9 @@ impl Builder {
 }
 
 /// `of(items)`, in parallel; `union` must be exact, so that it does not matter where the halves meet.
-fn in_halves<T: Send>(
-    items: &[Item],
-    of: &(impl Fn(&[Item]) -> T + Sync),
+fn in_halves<I: Item, T: Send>(
+    items: &[I],
+    of: &(impl Fn(&[I]) -> T + Sync),
     union: &(impl Fn(T, T) -> T + Sync),
 ) -> T {
     if items.len() <= PASS_BOXES {

@@ -55,57 +55,133 @@ fn lanewise_max(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
     std::array::from_fn(|k| if b[k] > a[k] { b[k] } else { a[k] })
 }
 
-/// One input box on its way to its place, with its index in the ballast lane of `max`.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Item(WideBox);
+/// What is built over, on its way to its place.
+pub(super) trait Item: Copy + Send + Sync {
+    /// What some items span.
+    type Extent: Copy + Send + Sync;
+    /// What all items of a tree have in common.
+    type Shared: Copy + Send + Sync;
+    /// The extent of no items.
+    const NOTHING: Self::Extent;
 
-impl Item {
-    pub(super) fn new(bounds: &Aabb, index: u32) -> Item {
-        let (min, max) = (bounds.min, bounds.max);
-        Item(WideBox { min: [min.x, min.y, min.z, 0.0], max: [max.x, max.y, max.z, f32::from_bits(index)] })
+    /// The number of the item in the builder's input.
+    fn index(&self) -> u32;
+
+    /// The centre, up to a factor that is the same for all.
+    fn center(&self, axis: usize) -> f32;
+
+    /// The extent with this item added.
+    fn join(&self, extent: &Self::Extent) -> Self::Extent;
+
+    fn union(a: &Self::Extent, b: &Self::Extent) -> Self::Extent;
+
+    /// The box of the centres.
+    fn centers(extent: &Self::Extent) -> &WideBox;
+
+    /// The box of the items.
+    fn bounds(extent: &Self::Extent, shared: Self::Shared) -> WideBox;
+
+    fn extent_of(items: &[Self]) -> Self::Extent {
+        items.iter().fold(Self::NOTHING, |extent, item| item.join(&extent))
     }
+}
 
-    pub(super) fn index(&self) -> u32 {
+/// Any box, with its index in the ballast lane of `max`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BoxItem(WideBox);
+
+impl BoxItem {
+    pub(super) fn new(bounds: &Aabb, index: u32) -> BoxItem {
+        let (min, max) = (bounds.min, bounds.max);
+        let max = [max.x, max.y, max.z, f32::from_bits(index)];
+        BoxItem(WideBox { min: [min.x, min.y, min.z, 0.0], max })
+    }
+}
+
+/// The box of some boxes and the box of their (doubled) centres.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BoxExtent {
+    bounds: WideBox,
+    centers: WideBox,
+}
+
+impl Item for BoxItem {
+    type Extent = BoxExtent;
+    type Shared = ();
+    const NOTHING: BoxExtent = BoxExtent { bounds: WideBox::EMPTY, centers: WideBox::EMPTY };
+
+    fn index(&self) -> u32 {
         self.0.max[3].to_bits()
     }
 
-    pub(super) fn bounds(&self) -> &WideBox {
-        &self.0
-    }
-
     /// Twice the centre of the box: halving would change no comparison.
-    pub(super) fn center(&self, axis: usize) -> f32 {
+    #[inline(always)]
+    fn center(&self, axis: usize) -> f32 {
         self.0.min[axis] + self.0.max[axis]
     }
 
-    /// The same along all axes; the fourth lane is ballast.
     #[inline(always)]
-    pub(super) fn centers(&self) -> [f32; 4] {
-        std::array::from_fn(|k| self.0.min[k] + self.0.max[k])
+    fn join(&self, extent: &BoxExtent) -> BoxExtent {
+        let center = std::array::from_fn(|k| self.0.min[k] + self.0.max[k]);
+        BoxExtent { bounds: extent.bounds.union(&self.0), centers: extent.centers.with_point(center) }
+    }
+
+    #[inline(always)]
+    fn union(a: &BoxExtent, b: &BoxExtent) -> BoxExtent {
+        BoxExtent { bounds: a.bounds.union(&b.bounds), centers: a.centers.union(&b.centers) }
+    }
+
+    fn centers(extent: &BoxExtent) -> &WideBox {
+        &extent.centers
+    }
+
+    fn bounds(extent: &BoxExtent, (): ()) -> WideBox {
+        extent.bounds
     }
 }
 
-/// The box of some items and the box of their (doubled) centres.
+/// The centre of a cube as large as all others, with its index in the fourth lane: half the bytes of a box, and the
+/// box of some is that of their centres, widened by what they share, half their side.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Extent {
-    pub(super) bounds: WideBox,
-    pub(super) centers: WideBox,
+#[repr(align(16))]
+pub(super) struct CubeItem([f32; 4]);
+
+impl CubeItem {
+    pub(super) fn new(center: Vec3, index: u32) -> CubeItem {
+        CubeItem([center.x, center.y, center.z, f32::from_bits(index)])
+    }
 }
 
-impl Extent {
-    pub(super) const EMPTY: Extent = Extent { bounds: WideBox::EMPTY, centers: WideBox::EMPTY };
+impl Item for CubeItem {
+    type Extent = WideBox;
+    type Shared = f32;
+    const NOTHING: WideBox = WideBox::EMPTY;
 
-    pub(super) fn of(items: &[Item]) -> Extent {
-        items.iter().fold(Extent::EMPTY, |extent, item| extent.with_item(item))
+    fn index(&self) -> u32 {
+        self.0[3].to_bits()
     }
 
     #[inline(always)]
-    pub(super) fn with_item(&self, item: &Item) -> Extent {
-        Extent { bounds: self.bounds.union(item.bounds()), centers: self.centers.with_point(item.centers()) }
+    fn center(&self, axis: usize) -> f32 {
+        self.0[axis]
     }
 
     #[inline(always)]
-    pub(super) fn union(self, other: Extent) -> Extent {
-        Extent { bounds: self.bounds.union(&other.bounds), centers: self.centers.union(&other.centers) }
+    fn join(&self, extent: &WideBox) -> WideBox {
+        extent.with_point(self.0)
+    }
+
+    #[inline(always)]
+    fn union(a: &WideBox, b: &WideBox) -> WideBox {
+        a.union(b)
+    }
+
+    fn centers(extent: &WideBox) -> &WideBox {
+        extent
+    }
+
+    #[inline(always)]
+    fn bounds(extent: &WideBox, half_side: f32) -> WideBox {
+        WideBox { min: extent.min.map(|x| x - half_side), max: extent.max.map(|x| x + half_side) }
     }
 }

@@ -1,5 +1,7 @@
 //! The sphere: its one containment test and a box that never contradicts it.
 
+use rayon::prelude::*;
+
 use crate::math::{Aabb, Vec3};
 
 /// A closed ball. A negative or NaN radius is allowed: such a sphere contains nothing.
@@ -22,22 +24,35 @@ impl Sphere {
         if self.radius >= 0.0 { self.radius * self.radius } else { -1.0 }
     }
 
+    /// Half the side of [`Sphere::bounds`] where the radius is not negative and its square is finite.
+    fn reach(&self) -> f32 {
+        const RELATIVE: f32 = 1.0 + 1.0 / (1u32 << 21) as f32;
+        const ABSOLUTE: f32 = 1.0 / (1u128 << 74) as f32;
+        self.radius * RELATIVE + ABSOLUTE
+    }
+
     /// A box that contains every point for which [`Sphere::contains`] holds, however it was rounded.
     ///
     /// Three roundings widen the ball by at most 2⁻²² of its radius; a difference below 2⁻⁷⁵ squares to zero; and a
     /// radius whose square overflows reaches everywhere.
     pub fn bounds(&self) -> Aabb {
-        const RELATIVE: f32 = 1.0 + 1.0 / (1u32 << 21) as f32;
-        const ABSOLUTE: f32 = 1.0 / (1u128 << 74) as f32;
         let squared_radius = self.squared_radius();
         if squared_radius < 0.0 || self.center.is_nan() {
             Aabb::EMPTY
         } else if squared_radius == f32::INFINITY {
             Aabb { min: Vec3::NEG_INFINITY, max: Vec3::INFINITY }
         } else {
-            Aabb::of_sphere(self.center, self.radius * RELATIVE + ABSOLUTE)
+            Aabb::of_sphere(self.center, self.reach())
         }
     }
+}
+
+/// Half the side that the bounds of all spheres share; `None` where they are not cubes of one size.
+pub(super) fn common_reach(spheres: &[Sphere]) -> Option<f32> {
+    let first = spheres.first()?;
+    let finite = (0.0..f32::INFINITY).contains(&first.squared_radius());
+    let alike = |s: &Sphere| s.radius == first.radius && s.center.is_finite();
+    (finite && spheres.par_iter().all(alike)).then(|| first.reach())
 }
 
 pub(super) fn squared_distance(a: Vec3, b: Vec3) -> f32 {

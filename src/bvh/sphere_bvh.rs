@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::build::build_along;
+use super::build::{build_boxes, build_cubes};
 use super::gather::{EachMeeting, Gatherer, Radii, gather};
-use super::sphere::Sphere;
+use super::sphere::{Sphere, common_reach};
 use super::split::Weight;
 use super::tree::{Node, Tree};
 use crate::math::{Aabb, Vec3};
@@ -47,8 +47,14 @@ impl SphereBvh {
     /// The same with at most `leaf_size` spheres in a leaf, from 1 to [`LANES`], and costs by `weight`: to measure
     /// what [`SphereBvh::build`] rests on.
     pub fn build_with(spheres: &[Sphere], leaf_size: usize, weight: Weight) -> (SphereBvh, Vec<u32>) {
-        let bounds_of = |index: usize| spheres[index].bounds();
-        let (tree, order) = build_along::<1, 8>(spheres.len(), bounds_of, leaf_size.min(LANES), weight);
+        let leaf_size = leaf_size.min(LANES);
+        let (tree, order) = match common_reach(spheres) {
+            Some(reach) => build_cubes(spheres.par_iter().map(|s| s.center), reach, leaf_size, weight),
+            None => {
+                let boxes: Vec<Aabb> = spheres.par_iter().map(Sphere::bounds).collect();
+                build_boxes(&boxes, leaf_size, weight)
+            }
+        };
         let column = |of: fn(&Sphere) -> f32| order.par_iter().map(|&k| of(&spheres[k as usize])).collect();
         let centers = [column(|s| s.center.x), column(|s| s.center.y), column(|s| s.center.z)];
         let radii = column(|s| s.radius);
