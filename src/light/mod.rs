@@ -1,12 +1,15 @@
 //! Where light comes from: a closed set of lights, and the choice among them.
 
+mod emitter;
 mod selection;
 
 pub use selection::Lights;
 
 use std::f32::consts::PI;
 
-use crate::math::{Frame, RELATIVE_POSITION_ERROR, Rgb, Rng, Vec2, Vec3, offset_origin, warp};
+use emitter::Emitter;
+
+use crate::math::{RELATIVE_POSITION_ERROR, Rgb, Rng, Vec2, Vec3, offset_origin, warp};
 
 /// A source of light.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,19 +72,7 @@ impl Light {
 
     /// A photon: origin and direction drawn in proportion to the emitted flux.
     pub fn sample_emission(&self, rng: &mut Rng) -> EmissionSample {
-        let power = self.flux();
-        match *self {
-            Light::Point { position, .. } => {
-                let dir = warp::square_to_uniform_sphere(rng.next_vec2());
-                EmissionSample { origin: position, dir, power }
-            }
-            Light::Triangle { corners, .. } => {
-                let ng = normal(&corners);
-                let p = point_on(&corners, rng.next_vec2());
-                let dir = Frame::around(ng).to_world(warp::square_to_cosine_hemisphere(rng.next_vec2()));
-                EmissionSample { origin: offset_origin(p, error(&corners), ng, dir), dir, power }
-            }
-        }
+        Emitter::new(*self).sample(rng)
     }
 
     /// The light's illumination of the point `p`: exact for a point, one sample of the area for a triangle.

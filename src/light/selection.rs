@@ -1,3 +1,4 @@
+use super::emitter::Emitter;
 use super::{EmissionSample, IlluminationSample, Light};
 use crate::math::{Rgb, Rng, Vec3, mean};
 
@@ -8,6 +9,8 @@ use crate::math::{Rgb, Rng, Vec3, mean};
 pub struct Lights {
     delta: Vec<Light>,
     area: Vec<Light>,
+    /// Of all lights, in the order of `photons`.
+    emitters: Vec<Emitter>,
     photons: Distribution,
     shadows: Distribution,
 }
@@ -19,7 +22,8 @@ impl Lights {
             lights.into_iter().filter(|l| mean(l.flux()) > 0.0).partition(Light::is_delta);
         let photons = Distribution::by_flux(delta.iter().chain(&area));
         let shadows = Distribution::by_flux(&area);
-        Lights { delta, area, photons, shadows }
+        let emitters = delta.iter().chain(&area).copied().map(Emitter::new).collect();
+        Lights { delta, area, emitters, photons, shadows }
     }
 
     /// Whether nothing emits.
@@ -52,8 +56,7 @@ impl Lights {
     /// `None` if nothing emits.
     pub fn sample_emission(&self, rng: &mut Rng) -> Option<EmissionSample> {
         let (index, p) = self.photons.choose(rng.next_f32())?;
-        let light = self.delta.iter().chain(&self.area).nth(index)?;
-        let sample = light.sample_emission(rng);
+        let sample = self.emitters.get(index)?.sample(rng);
         Some(EmissionSample { power: sample.power / p, ..sample })
     }
 
