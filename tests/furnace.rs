@@ -4,7 +4,7 @@
 use caustica::bsdf::{Bsdf, DiffuseSampling};
 use caustica::film::Image;
 use caustica::math::{DVec3, Rgb, Vec3};
-use caustica::ppm::{Render, Settings};
+use caustica::ppm::{Ledger, Render, Settings};
 use caustica::reference::PathTracer;
 use caustica::scene::{CameraDesc, FilmDesc, Material, Mesh, RenderDesc, Scene, SceneDesc, SphereDesc};
 
@@ -33,7 +33,7 @@ fn furnace(albedo: Rgb, spheres: Vec<SphereDesc>, ball: Bsdf) -> Scene {
         },
         render: RenderDesc {
             passes: 1,
-            photons: 200_000,
+            photons: 25_000,
             samples: 4,
             alpha: 0.7,
             radius: Some(0.05),
@@ -55,13 +55,19 @@ fn mean(image: &Image) -> DVec3 {
     image.pixels().iter().map(|p| p.as_dvec3()).sum::<DVec3>() / image.pixels().len() as f64
 }
 
-fn photon_mapped(scene: &Scene, sampling: DiffuseSampling, passes: u32) -> Image {
+/// Many small passes: points of walls that shine are lit from close by in corners, and each pass samples that but once
+/// at a hit point. In a mirror, which shows the corners, 20 passes would leave 1.7 % of noise.
+const PASSES: u32 = 160;
+
+fn photon_mapped(scene: &Scene, sampling: DiffuseSampling) -> Image {
     let mut render = Render::new(scene, Settings { sampling, ..Settings::of_scene(scene.render()) });
-    for _ in 0..passes {
+    let mut all = Ledger::default();
+    for _ in 0..PASSES {
         let ledger = render.pass().photons;
         assert!(ledger.is_balanced(), "{ledger:?}");
-        assert!(ledger.escaped * MAX_RAYS_PER_LEAK < ledger.rays, "leaks: {ledger:?}");
+        all = all.plus(ledger);
     }
+    assert!(all.escaped * MAX_RAYS_PER_LEAK < all.rays, "leaks: {all:?}");
     render.picture()
 }
 
@@ -89,7 +95,7 @@ fn empty_furnace() {
     let scene = furnace(albedo, vec![], BLACK_BALL);
     assert_mean("path tracing", &path_traced(&scene, 4000), expected, 0.005);
     for sampling in [DiffuseSampling::Cosine, DiffuseSampling::Uniform] {
-        let image = photon_mapped(&scene, sampling, 20);
+        let image = photon_mapped(&scene, sampling);
         assert_mean(&format!("photons, {sampling:?}"), &image, expected, 0.01);
     }
 }
@@ -107,7 +113,7 @@ fn lossless_balls_vanish_in_the_furnace() {
     ] {
         let scene = furnace(Rgb::splat(0.5), vec![ball], bsdf);
         assert_mean(&format!("path tracing {bsdf:?}"), &path_traced(&scene, 4000), expected, 0.005);
-        let image = photon_mapped(&scene, DiffuseSampling::Cosine, 20);
+        let image = photon_mapped(&scene, DiffuseSampling::Cosine);
         assert_mean(&format!("photons {bsdf:?}"), &image, expected, 0.015);
     }
 }
