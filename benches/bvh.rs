@@ -2,8 +2,8 @@
 
 use std::hint::black_box;
 
+use caustica::bench::gather::on_walls;
 use caustica::bvh::{Sphere, SphereBvh};
-use caustica::math::{Rng, Stream, Vec3};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
@@ -11,18 +11,6 @@ const SIZES: [usize; 2] = [100_000, 1 << 20];
 const RADII: [f32; 3] = [0.001, 0.004, 0.01];
 const THREADS: [usize; 2] = [1, 2];
 const PHOTONS: usize = 100_000;
-
-fn on_walls(n: usize, pass: u32) -> Vec<Vec3> {
-    (0..n as u64)
-        .map(|index| {
-            let mut rng = Rng::new(1, Stream::Test, pass, index);
-            let mut p = [rng.next_f32(), rng.next_f32(), rng.next_f32()];
-            let wall = rng.next_u32() % 6;
-            p[wall as usize / 2] = (wall % 2) as f32;
-            Vec3::from_array(p)
-        })
-        .collect()
-}
 
 fn spheres_on_walls(n: usize, radius: f32) -> Vec<Sphere> {
     on_walls(n, 0).into_iter().map(|center| Sphere { center, radius }).collect()

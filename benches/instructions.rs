@@ -5,8 +5,8 @@ use std::error::Error;
 use std::hint::black_box;
 use std::path::Path;
 
+use caustica::bench::gather::on_walls;
 use caustica::bvh::{Sphere, SphereBvh};
-use caustica::math::{Rng, Stream, Vec3};
 use caustica::ppm::{PhotonPass, Render, Settings, photon_pass};
 use caustica::scene::{self, Scene, Traversal};
 
@@ -17,17 +17,6 @@ const PHOTONS: usize = 20_000;
 #[inline(never)]
 fn measured<R>(work: impl FnOnce() -> R) {
     black_box(work());
-}
-
-fn on_walls(n: usize, pass: u32) -> Vec<Vec3> {
-    let point = |index| {
-        let mut rng = Rng::new(1, Stream::Test, pass, index);
-        let mut p = [rng.next_f32(), rng.next_f32(), rng.next_f32()];
-        let wall = rng.next_u32() % 6;
-        p[wall as usize / 2] = (wall % 2) as f32;
-        Vec3::from_array(p)
-    };
-    (0..n as u64).map(point).collect()
 }
 
 /// As many overlaps a photon as the first pass of the course scene has in its corners.

@@ -152,8 +152,8 @@ pub fn measure(
     })
 }
 
-/// Points on the walls of the unit box, uniform in area.
-fn on_walls(count: usize, key: u32) -> Vec<Vec3> {
+/// Points on the walls of the unit box, uniform in area; every `key` gives others.
+pub fn on_walls(count: usize, key: u32) -> Vec<Vec3> {
     let point = |index| {
         let mut rng = Rng::new(1, Stream::Test, key, index);
         let mut p = [rng.next_f32(), rng.next_f32(), rng.next_f32()];

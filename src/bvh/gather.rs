@@ -25,7 +25,7 @@ pub trait Gatherer: Sync {
 
     /// Begins with some of the points, given by their numbers in increasing order. From here on the task knows them
     /// by their places in that list.
-    fn begin(&self, points: &[u32]) -> Self::Task;
+    fn begin(&self, points: Vec<u32>) -> Self::Task;
 
     /// Meets the spheres of one leaf with the points in its box, in increasing order. It may give the spheres new radii.
     fn meet<L: Lanes>(&self, lanes: L, task: &mut Self::Task, leaf: Leaf<Self::State>) -> Radii;
@@ -138,7 +138,7 @@ impl<G: Gatherer> Descent<'_, G> {
 
     fn task(&self, part: &mut Part<G::State>, mut lists: PointLists) -> Outcome<G::Tally> {
         let n = lists.len();
-        let mut task = self.gatherer.begin(&lists.renumber());
+        let mut task = self.gatherer.begin(lists.renumber());
         let radii = self.alone(part, 0..n, n, &mut lists, &mut task);
         Outcome { tally: self.gatherer.end(task), radii }
     }
@@ -214,8 +214,8 @@ impl<S: Send, V: Fn(&mut S, usize, usize) + Sync> Gatherer for EachMeeting<S, V>
     type Task = Vec<u32>;
     type Tally = u64;
 
-    fn begin(&self, points: &[u32]) -> Vec<u32> {
-        points.to_vec()
+    fn begin(&self, points: Vec<u32>) -> Vec<u32> {
+        points
     }
 
     #[inline(always)]
@@ -343,7 +343,7 @@ mod tests {
         type Task = ();
         type Tally = u64;
 
-        fn begin(&self, _: &[u32]) {}
+        fn begin(&self, _: Vec<u32>) {}
 
         #[inline(always)]
         fn meet<L: Lanes>(&self, lanes: L, _: &mut (), leaf: Leaf<()>) -> super::Radii {
@@ -386,7 +386,7 @@ mod tests {
         type Task = u64;
         type Tally = u64;
 
-        fn begin(&self, _: &[u32]) -> u64 {
+        fn begin(&self, _: Vec<u32>) -> u64 {
             0
         }
 

@@ -69,8 +69,11 @@ impl Gatherer for PhotonGatherer<'_> {
     type Task = Task;
     type Tally = Found;
 
-    fn begin(&self, points: &[u32]) -> Task {
-        Task { photons: points.iter().map(|&k| self.photons[k as usize]).collect(), found: Found::default() }
+    fn begin(&self, points: Vec<u32>) -> Task {
+        Task {
+            photons: points.into_iter().map(|k| self.photons[k as usize]).collect(),
+            found: Found::default(),
+        }
     }
 
     #[inline(always)]
