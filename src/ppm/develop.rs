@@ -1,34 +1,46 @@
 //! From statistics to a picture: `L = emitted + Σ weight · albedo / π · (E_direct + τ / (π R² N_emitted))`.
 
+use rayon::prelude::*;
+
 use super::direct::reflected;
 use super::{HitPoint, Render};
 use crate::film::Image;
-use crate::math::DVec3;
+use crate::math::{DVec3, Rgb};
 
 pub(super) fn picture(render: &Render) -> Image {
-    develop(render, |index| {
-        render.direct.irradiance(index) + render.states[index].irradiance(render.emitted_photons)
-    })
+    image(render, |pixel| radiance(render, pixel))
 }
 
 pub(super) fn direct_picture(render: &Render) -> Image {
-    develop(render, |index| render.direct.irradiance(index))
+    image(render, |pixel| developed(render, pixel, |position| render.direct.irradiance(position)))
 }
 
-fn develop(render: &Render, irradiance: impl Fn(usize) -> DVec3) -> Image {
-    let mut pixels: Vec<DVec3> = render.emitted_light.iter().map(|e| e.as_dvec3()).collect();
-    for (index, hit_point) in render.hit_points.iter().enumerate() {
-        pixels[hit_point.pixel as usize] += radiance(render, hit_point, irradiance(index));
-    }
+/// The radiance of a pixel, of all light found so far.
+pub(super) fn radiance(render: &Render, pixel: usize) -> DVec3 {
+    developed(render, pixel, |position| {
+        render.direct.irradiance(position) + render.states[position].irradiance(render.emitted_photons)
+    })
+}
+
+/// The picture of what each pixel is given, computed side by side.
+pub(super) fn image(render: &Render, of: impl Fn(usize) -> DVec3 + Sync) -> Image {
     let film = render.scene.film();
     let mut image = Image::new(film.width as usize, film.height as usize);
-    for (pixel, sum) in image.pixels_mut().iter_mut().zip(pixels) {
-        *pixel = sum.as_vec3();
-    }
+    let pixels: &mut [Rgb] = image.pixels_mut();
+    pixels.par_iter_mut().enumerate().for_each(|(number, pixel)| *pixel = of(number).as_vec3());
     image
 }
 
-fn radiance(render: &Render, hit_point: &HitPoint, irradiance: DVec3) -> DVec3 {
+fn developed(render: &Render, pixel: usize, irradiance: impl Fn(usize) -> DVec3) -> DVec3 {
+    let mut sum = render.emitted_light[pixel].as_dvec3();
+    for position in render.pixel_lists.of(pixel) {
+        sum += seen(render, &render.hit_points[position], irradiance(position));
+    }
+    sum
+}
+
+/// What a pixel sees of the irradiance at one of its hit points.
+fn seen(render: &Render, hit_point: &HitPoint, irradiance: DVec3) -> DVec3 {
     let albedo = render.scene.materials()[hit_point.material as usize].bsdf.albedo();
     hit_point.weight.as_dvec3() * reflected(albedo, irradiance)
 }

@@ -19,6 +19,7 @@ mod hit_point;
 mod hit_points;
 mod ledger;
 pub mod photon_pass;
+mod pixel_lists;
 mod radius;
 mod settings;
 mod statistics;
@@ -42,6 +43,7 @@ use crate::bvh::{Sphere, SphereBvh};
 use crate::film::Image;
 use crate::math::Rgb;
 use crate::scene::Scene;
+use pixel_lists::PixelLists;
 use statistics::Stopwatch;
 
 /// A render under way: the picture is there at any time, and every pass makes it better.
@@ -51,6 +53,7 @@ pub struct Render<'s> {
     /// In the order of the tree, as are the states.
     hit_points: Vec<HitPoint>,
     states: Vec<GatherState>,
+    pixel_lists: PixelLists,
     facets: Facets,
     tree: SphereBvh,
     direct: DirectPass,
@@ -72,6 +75,7 @@ impl<'s> Render<'s> {
         let (tree, hit_points) = build_tree(&eye.hit_points, radius);
         let states = hit_points.par_iter().map(|_| GatherState::new(radius)).collect();
         let facets = Facets::of(&hit_points);
+        let pixel_lists = PixelLists::new(&hit_points, eye.emitted.len());
         let tree_seconds = watch.lap();
         let direct = DirectPass::new(scene, &hit_points, settings.seed);
         let setup = SetupStatistics {
@@ -89,6 +93,7 @@ impl<'s> Render<'s> {
             settings,
             hit_points,
             states,
+            pixel_lists,
             facets,
             tree,
             direct,
@@ -175,6 +180,7 @@ impl<'s> Render<'s> {
     pub fn memory_bytes(&self) -> usize {
         size_of_val(&*self.hit_points)
             + size_of_val(&*self.states)
+            + self.pixel_lists.memory_bytes()
             + self.facets.memory_bytes()
             + self.tree.memory_bytes()
             + self.direct.memory_bytes()
