@@ -49,6 +49,7 @@ Examples:
   caustica render data/course_diffuse.toml --passes 10 --every-pass out/passes
   caustica render data/course_balls.toml --sampling uniform --seed 7 -o out/uniform.exr
   caustica render data/cornell_b.toml --time 120 --photons 1e6 --json -
+  caustica render data/course_water.toml --target-error 5% --confidence 90% --layers
 
 Ctrl-C finishes the pass under way and writes the picture; a second one stops at once.")]
 pub struct RenderArgs {
@@ -57,7 +58,7 @@ pub struct RenderArgs {
     /// The picture: EXR, and a PNG of the same name beside it [default: out/SCENE.exr]
     #[arg(short, long, value_name = "FILE.exr")]
     pub output: Option<PathBuf>,
-    /// Photon passes; 0 renders direct light alone [default: the scene's; unlimited with --time]
+    /// Photon passes; 0 renders direct light alone [default: the scene's; unlimited with --time or --target-error]
     #[arg(long, allow_negative_numbers = true, value_name = "N")]
     pub passes: Option<u32>,
     /// Photons a pass, such as 100000 or 1e6 [default: the scene's]
@@ -78,6 +79,21 @@ pub struct RenderArgs {
     /// How photons bounce off diffuse surfaces
     #[arg(long, value_enum, default_value_t = Sampling::Cosine)]
     pub sampling: Sampling,
+    /// Stop when the relative error (√relMSE, see `caustica compare`) is at most E, such as 2% or 0.02
+    #[arg(long, allow_negative_numbers = true, value_name = "E", value_parser = |s: &str| share(s, 1e-9..=1e3), conflicts_with = "no_error_estimates")]
+    pub target_error: Option<f64>,
+    /// How sure to be of errors: of the target, and of the bounds of --layers
+    #[arg(long, allow_negative_numbers = true, value_name = "C", default_value = "90%", value_parser = |s: &str| share(s, 0.01..=0.999))]
+    pub confidence: f64,
+    /// Add layers to the EXR: stderr, bias, bound, photons, radius
+    #[arg(long, conflicts_with = "no_error_estimates")]
+    pub layers: bool,
+    /// Key of the eye paths; renders with equal ones have the same hit points [default: --seed]
+    #[arg(long, value_name = "S")]
+    pub eye_seed: Option<u64>,
+    /// Keep no statistics for estimates of the error
+    #[arg(long)]
+    pub no_error_estimates: bool,
     /// Write the picture of each pass into this folder, as EXR and PNG
     #[arg(long, value_name = "DIR")]
     pub every_pass: Option<PathBuf>,
@@ -283,6 +299,17 @@ fn number(text: &str, range: impl RangeBounds<f64> + std::fmt::Debug) -> Result<
     if range.contains(&value) { Ok(value) } else { Err(format!("{value} is outside {range:?}")) }
 }
 
+/// A share, which may be written in percent.
+fn share(text: &str, range: impl RangeBounds<f64> + std::fmt::Debug) -> Result<f64, String> {
+    match text.strip_suffix('%') {
+        Some(percent) => {
+            let value = number(percent.trim(), ..)? / 100.0;
+            if range.contains(&value) { Ok(value) } else { Err(format!("{value} is outside {range:?}")) }
+        }
+        None => number(text, range),
+    }
+}
+
 /// A positive whole number, which may be written with an exponent.
 fn count(text: &str) -> Result<u64, String> {
     if let Ok(value) = text.parse::<u64>() {
@@ -332,6 +359,16 @@ mod tests {
         assert_eq!(count("1e6"), Ok(1_000_000));
         for wrong in ["0", "-1", "1.5", "nan", "inf", "many", "1e300"] {
             assert!(count(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn shares_may_be_percentages() {
+        assert_eq!(share("2%", 0.0..=1.0), Ok(0.02));
+        assert_eq!(share("0.5 %", 0.0..=1.0), Ok(0.005));
+        assert_eq!(share("0.02", 0.0..=1.0), Ok(0.02));
+        for wrong in ["200%", "%", "two%", "nan%", "-1%", "2"] {
+            assert!(share(wrong, 0.0..=1.0).is_err(), "{wrong}");
         }
     }
 

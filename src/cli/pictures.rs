@@ -3,7 +3,7 @@ use std::path::{Path, PathBuf};
 use super::args::DisplayArgs;
 use super::error::CliError;
 use crate::film::Image;
-use crate::output::{Display, Metadata, check_writable, write_exr, write_png};
+use crate::output::{Display, ExrLayer, Metadata, check_writable, write_exr, write_exr_layers, write_png};
 
 /// Where a picture goes: an EXR for numbers and a PNG of the same name for eyes.
 #[derive(Clone, Debug)]
@@ -32,12 +32,29 @@ impl PicturePath {
 
     /// Writes both files; warns of pixels that are not numbers.
     pub fn write(&self, image: &Image, metadata: &Metadata, display: &Display) -> Result<(), CliError> {
-        self.write_exr(image, metadata)?;
+        self.write_layers(image, &[], metadata, display)
+    }
+
+    /// Writes both files, the EXR with further layers.
+    pub fn write_layers(
+        &self,
+        image: &Image,
+        layers: &[ExrLayer],
+        metadata: &Metadata,
+        display: &Display,
+    ) -> Result<(), CliError> {
+        self.warn_of_non_finite(image);
+        write_exr_layers(&self.exr, image, layers, metadata)?;
         Ok(write_png(&self.png, image, display)?)
     }
 
     /// Writes the EXR alone.
     pub fn write_exr(&self, image: &Image, metadata: &Metadata) -> Result<(), CliError> {
+        self.warn_of_non_finite(image);
+        Ok(write_exr(&self.exr, image, metadata)?)
+    }
+
+    fn warn_of_non_finite(&self, image: &Image) {
         if let Some((x, y)) = image.first_non_finite() {
             let count = image.count_non_finite();
             eprintln!(
@@ -45,7 +62,6 @@ impl PicturePath {
                 self.exr.display()
             );
         }
-        Ok(write_exr(&self.exr, image, metadata)?)
     }
 
     pub fn exr(&self) -> &Path {

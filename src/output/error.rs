@@ -46,6 +46,21 @@ pub enum OutputError {
         /// What the operating system says.
         source: io::Error,
     },
+    /// A layer does not cover the picture that it goes with.
+    #[error(
+        "{path}: layer {layer} has {}x{} pixels, the picture {}x{}; both must be of one size",
+        .size.0, .size.1, .picture.0, .picture.1
+    )]
+    LayerSize {
+        /// The path as given.
+        path: PathBuf,
+        /// The name of the layer.
+        layer: String,
+        /// Its width and height.
+        size: (usize, usize),
+        /// Those of the picture.
+        picture: (usize, usize),
+    },
     /// Writing began and could not be finished.
     #[error(
         "{path}: writing failed: {source}; whatever the file held before is untouched; \

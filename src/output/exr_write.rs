@@ -2,10 +2,12 @@ use super::exr_header::sort_attributes;
 use super::{Metadata, OutputError, Value, write_atomically};
 use crate::film::Image;
 use exr::error::UnitResult;
-use exr::image::{Encoding, Image as ExrImage, Layer, SpecificChannels, write::WritableImage};
-use exr::math::Vec2;
+use exr::image::{
+    AnyChannel, AnyChannels, Encoding, FlatSamples, Image as ExrImage, Layer, write::WritableImage,
+};
 use exr::meta::attribute::{AttributeValue, Text};
 use exr::meta::header::{LayerAttributes, standard_names};
+use exr::prelude::SmallVec;
 use std::collections::HashMap;
 use std::io::Cursor;
 use std::path::Path;
@@ -22,27 +24,98 @@ const MAX_SIDE: usize = i32::MAX as usize;
 /// When a side of the picture is 0 or too long, when an attribute has a name that is empty, longer than 255 bytes,
 /// holds control characters or belongs to the format, or when the file cannot be written.
 pub fn write_exr(path: &Path, image: &Image, metadata: &Metadata) -> Result<(), OutputError> {
-    let bytes = encode(path, image, metadata)?;
+    write_exr_layers(path, image, &[], metadata)
+}
+
+/// A named picture beside the main one in the same file: channels `NAME.R`, `NAME.G` and `NAME.B`, or `NAME.Y` alone.
+#[derive(Clone, Copy, Debug)]
+pub struct ExrLayer<'a> {
+    /// Its name, without a dot.
+    pub name: &'a str,
+    /// Which channels of `image` are written.
+    pub channels: LayerChannels,
+    /// As large as the main picture.
+    pub image: &'a Image,
+}
+
+/// The channels of a layer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LayerChannels {
+    /// All three.
+    Rgb,
+    /// The first one, for values that are the same in all.
+    Grey,
+}
+
+/// [`write_exr`] with further layers, which the EXR format keeps as channels of the same part.
+///
+/// # Errors
+/// As [`write_exr`], and when a layer is not as large as the picture.
+pub fn write_exr_layers(
+    path: &Path,
+    image: &Image,
+    layers: &[ExrLayer],
+    metadata: &Metadata,
+) -> Result<(), OutputError> {
+    let bytes = encode(path, image, layers, metadata)?;
     write_atomically(path, |out| out.write_all(&bytes))
 }
 
-fn encode(path: &Path, image: &Image, metadata: &Metadata) -> Result<Vec<u8>, OutputError> {
+fn encode(
+    path: &Path,
+    image: &Image,
+    layers: &[ExrLayer],
+    metadata: &Metadata,
+) -> Result<Vec<u8>, OutputError> {
     check_size(path, image)?;
+    check_layers(path, image, layers)?;
     let attributes = LayerAttributes { other: attributes(path, metadata)?, ..LayerAttributes::default() };
     let mut bytes = Vec::new();
     let encode_error = |reason| OutputError::Encode { path: path.to_path_buf(), reason };
-    encode_pixels(image, attributes, &mut bytes).map_err(|error| encode_error(error.to_string()))?;
+    encode_pixels(image, layers, attributes, &mut bytes).map_err(|error| encode_error(error.to_string()))?;
     sort_attributes(&mut bytes).ok_or_else(|| encode_error("its header does not parse".into()))?;
     Ok(bytes)
 }
 
-fn encode_pixels(image: &Image, attributes: LayerAttributes, bytes: &mut Vec<u8>) -> UnitResult {
-    let channels = SpecificChannels::rgb(|Vec2(x, y)| {
-        let pixel = image.get(x, y);
-        (pixel.x, pixel.y, pixel.z)
-    });
+fn encode_pixels(
+    image: &Image,
+    layers: &[ExrLayer],
+    attributes: LayerAttributes,
+    bytes: &mut Vec<u8>,
+) -> UnitResult {
+    let channels = AnyChannels::sort(channels(image, layers));
     let layer = Layer::new((image.width(), image.height()), attributes, Encoding::SMALL_LOSSLESS, channels);
     ExrImage::from_layer(layer).write().non_parallel().to_buffered(Cursor::new(bytes))
+}
+
+fn channels(image: &Image, layers: &[ExrLayer]) -> SmallVec<[AnyChannel<FlatSamples>; 4]> {
+    let main = [("R".into(), image, 0), ("G".into(), image, 1), ("B".into(), image, 2)];
+    let more = layers.iter().flat_map(|layer| {
+        let names: &[&str] = match layer.channels {
+            LayerChannels::Rgb => &["R", "G", "B"],
+            LayerChannels::Grey => &["Y"],
+        };
+        let named = |(index, channel)| (format!("{}.{channel}", layer.name), layer.image, index);
+        names.iter().enumerate().map(named)
+    });
+    let samples = |image: &Image, index: usize| image.pixels().iter().map(|pixel| pixel[index]).collect();
+    let channel = |(name, image, index): (String, &Image, usize)| {
+        AnyChannel::new(utf8_text(&name), FlatSamples::F32(samples(image, index)))
+    };
+    main.into_iter().chain(more).map(channel).collect()
+}
+
+fn check_layers(path: &Path, image: &Image, layers: &[ExrLayer]) -> Result<(), OutputError> {
+    let size = |image: &Image| (image.width(), image.height());
+    match layers.iter().find(|layer| size(layer.image) != size(image)) {
+        Some(layer) => Err(OutputError::LayerSize {
+            path: path.to_path_buf(),
+            layer: layer.name.into(),
+            size: size(layer.image),
+            picture: size(image),
+        }),
+        None => Ok(()),
+    }
 }
 
 fn check_size(path: &Path, image: &Image) -> Result<(), OutputError> {
@@ -104,6 +177,32 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("picture.exr");
         (folder, path)
+    }
+
+    #[test]
+    fn layers_stand_beside_the_picture_under_their_names() {
+        let (_folder, path) = folder_and_path();
+        let (image, noise) =
+            (odd_image(), Image::from_pixels(37, 20, vec![Rgb::new(1.0, 2.0, 3.0); 740]).unwrap());
+        let layer = |name, channels| ExrLayer { name, channels, image: &noise };
+        let layers = [layer("stderr", LayerChannels::Rgb), layer("photons", LayerChannels::Grey)];
+        write_exr_layers(&path, &image, &layers, &Metadata::new()).unwrap();
+        let channels = inspect(&path).layer_data[0].channel_data.list.clone();
+        let names: Vec<String> = channels.iter().map(|channel| channel.name.to_string()).collect();
+        assert_eq!(names, ["B", "G", "R", "photons.Y", "stderr.B", "stderr.G", "stderr.R"]);
+        let first = |index: usize| channels[index].sample_data.values_as_f32().next().unwrap();
+        assert_eq!([3, 4, 5, 6].map(first), [1.0, 3.0, 2.0, 1.0]);
+        assert_eq!(bits(&read_exr(&path).unwrap()), bits(&image), "layers do not hide the picture");
+    }
+
+    #[test]
+    fn layers_of_another_size_are_refused() {
+        let (_folder, path) = folder_and_path();
+        let small = Image::new(2, 1);
+        let layers = [ExrLayer { name: "bias", channels: LayerChannels::Rgb, image: &small }];
+        let error = write_exr_layers(&path, &Image::new(3, 1), &layers, &Metadata::new()).unwrap_err();
+        let text = error.to_string();
+        assert!(text.contains("bias") && text.contains("2x1") && text.contains("3x1"), "{text}");
     }
 
     /// Every bit pattern of a float may come up: subnormals, infinities and NaN among them.
@@ -180,7 +279,7 @@ mod tests {
         let metadata = (0..40).fold(Metadata::new(), |metadata, i| {
             metadata.with(format!("caustica:{:02}", (i * 27) % 40), Value::Integer(i))
         });
-        let bytes = || encode(Path::new("picture.exr"), &odd_image(), &metadata).unwrap();
+        let bytes = || encode(Path::new("picture.exr"), &odd_image(), &[], &metadata).unwrap();
         let first = bytes();
         assert!((0..20).all(|_| bytes() == first));
         let place = |i: usize| {

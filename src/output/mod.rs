@@ -12,5 +12,5 @@ pub use self::png::{Display, write_png};
 pub use atomic::{check_writable, write_atomically};
 pub use error::OutputError;
 pub use exr_read::{MAX_PIXELS, read_exr};
-pub use exr_write::write_exr;
+pub use exr_write::{ExrLayer, LayerChannels, write_exr, write_exr_layers};
 pub use metadata::{Metadata, Value};

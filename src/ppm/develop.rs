@@ -2,45 +2,50 @@
 
 use rayon::prelude::*;
 
-use super::direct::reflected;
-use super::{HitPoint, Render};
+use super::Render;
 use crate::film::Image;
-use crate::math::{DVec3, Rgb};
+use crate::math::DVec3;
 
 pub(super) fn picture(render: &Render) -> Image {
     image(render, |pixel| radiance(render, pixel))
 }
 
 pub(super) fn direct_picture(render: &Render) -> Image {
-    image(render, |pixel| developed(render, pixel, |position| render.direct.irradiance(position)))
+    image(render, |pixel| {
+        render.emitted_light[pixel].as_dvec3() + reflected(render, pixel, |p| render.direct.irradiance(p))
+    })
 }
 
 /// The radiance of a pixel, of all light found so far.
 pub(super) fn radiance(render: &Render, pixel: usize) -> DVec3 {
-    developed(render, pixel, |position| {
-        render.direct.irradiance(position) + render.states[position].irradiance(render.emitted_photons)
-    })
+    render.emitted_light[pixel].as_dvec3()
+        + reflected(render, pixel, |p| render.direct.irradiance(p) + from_photons(render, p))
+}
+
+/// The part of [`radiance`] that photons brought.
+pub(super) fn photon_radiance(render: &Render, pixel: usize) -> DVec3 {
+    reflected(render, pixel, |p| from_photons(render, p))
+}
+
+/// The part of [`radiance`] that changes from pass to pass.
+pub(super) fn noisy_radiance(render: &Render, pixel: usize) -> DVec3 {
+    reflected(render, pixel, |p| render.direct.irradiance_from_areas(p) + from_photons(render, p))
+}
+
+fn from_photons(render: &Render, position: usize) -> DVec3 {
+    render.states[position].irradiance(render.emitted_photons)
+}
+
+/// What a pixel sees of the irradiance at its hit points.
+fn reflected(render: &Render, pixel: usize, irradiance: impl Fn(usize) -> DVec3) -> DVec3 {
+    let seen = render.pixel_lists.of(pixel).iter();
+    seen.map(|seen| seen.factor.as_dvec3() * irradiance(seen.position as usize)).sum()
 }
 
 /// The picture of what each pixel is given, computed side by side.
-pub(super) fn image(render: &Render, of: impl Fn(usize) -> DVec3 + Sync) -> Image {
+fn image(render: &Render, of: impl Fn(usize) -> DVec3 + Sync) -> Image {
     let film = render.scene.film();
     let mut image = Image::new(film.width as usize, film.height as usize);
-    let pixels: &mut [Rgb] = image.pixels_mut();
-    pixels.par_iter_mut().enumerate().for_each(|(number, pixel)| *pixel = of(number).as_vec3());
+    image.pixels_mut().par_iter_mut().enumerate().for_each(|(pixel, to)| *to = of(pixel).as_vec3());
     image
-}
-
-fn developed(render: &Render, pixel: usize, irradiance: impl Fn(usize) -> DVec3) -> DVec3 {
-    let mut sum = render.emitted_light[pixel].as_dvec3();
-    for position in render.pixel_lists.of(pixel) {
-        sum += seen(render, &render.hit_points[position], irradiance(position));
-    }
-    sum
-}
-
-/// What a pixel sees of the irradiance at one of its hit points.
-fn seen(render: &Render, hit_point: &HitPoint, irradiance: DVec3) -> DVec3 {
-    let albedo = render.scene.materials()[hit_point.material as usize].bsdf.albedo();
-    hit_point.weight.as_dvec3() * reflected(albedo, irradiance)
 }

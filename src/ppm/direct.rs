@@ -1,7 +1,5 @@
 //! Direct light at the hit points: exact from point lights, sampled anew in each pass from area lights.
 
-use std::f64::consts::PI;
-
 use rayon::prelude::*;
 
 use super::HitPoint;
@@ -63,8 +61,12 @@ impl DirectPass {
 
     /// The direct irradiance at hit point `index` (W/m²).
     pub fn irradiance(&self, index: usize) -> DVec3 {
-        let areas = self.from_areas.get(index).map_or(DVec3::ZERO, |sum| *sum / f64::from(self.passes));
-        self.from_points[index].as_dvec3() + areas
+        self.from_points[index].as_dvec3() + self.irradiance_from_areas(index)
+    }
+
+    /// The part of [`DirectPass::irradiance`] that is sampled.
+    pub fn irradiance_from_areas(&self, index: usize) -> DVec3 {
+        self.from_areas.get(index).map_or(DVec3::ZERO, |sum| *sum / f64::from(self.passes))
     }
 
     /// Shadow rays cast so far.
@@ -80,11 +82,6 @@ impl DirectPass {
 
 fn generator(seed: u64, pass: u32, hit_point: usize) -> Rng {
     Rng::new(seed, Stream::DirectLight, pass, hit_point as u64)
-}
-
-/// The radiance that a Lambertian surface reflects: `albedo / π · E`.
-pub fn reflected(albedo: Rgb, irradiance: DVec3) -> DVec3 {
-    albedo.as_dvec3() / PI * irradiance
 }
 
 #[cfg(test)]

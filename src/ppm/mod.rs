@@ -5,11 +5,13 @@
 //!                   └──────> sphere tree
 //! every pass:  photons ──> gather ──> radius reduction ──> refit
 //! whenever asked:                     develop ──> picture
+//!                                     accuracy ──> its error
 //! ```
 //!
 //! # Source
 //! Hachisuka, Ogaki and Jensen, "Progressive Photon Mapping", SIGGRAPH Asia 2008.
 
+mod accuracy;
 pub mod camera_pass;
 mod develop;
 mod direct;
@@ -25,6 +27,7 @@ mod settings;
 mod statistics;
 mod wavefront;
 
+pub use accuracy::{Accuracy, Forecast, Layers, Outlook, PictureError, PixelError};
 pub use camera_pass::EyePass;
 pub use direct::DirectPass;
 pub use facets::Facets;
@@ -37,12 +40,15 @@ pub use radius::automatic_radius;
 pub use settings::Settings;
 pub use statistics::{PassStatistics, PhaseSeconds, RadiusRange, SetupStatistics};
 
+use std::f32::consts::PI;
+
 use rayon::prelude::*;
 
 use crate::bvh::{Sphere, SphereBvh};
 use crate::film::Image;
 use crate::math::Rgb;
 use crate::scene::Scene;
+use accuracy::BatchMeans;
 use pixel_lists::PixelLists;
 use statistics::Stopwatch;
 
@@ -62,6 +68,8 @@ pub struct Render<'s> {
     emitted_light: Vec<Rgb>,
     emitted_photons: u64,
     passes: u32,
+    /// Where the settings ask for estimates of the error.
+    batches: Option<BatchMeans>,
     setup: SetupStatistics,
 }
 
@@ -75,7 +83,8 @@ impl<'s> Render<'s> {
         let (tree, hit_points) = build_tree(&eye.hit_points, radius);
         let states = hit_points.par_iter().map(|_| GatherState::new(radius)).collect();
         let facets = Facets::of(&hit_points);
-        let pixel_lists = PixelLists::new(&hit_points, eye.emitted.len());
+        let pixel_lists = PixelLists::new(&hit_points, eye.emitted.len(), |h| reflectance(scene, h));
+        let batches = settings.error_estimates.then(|| BatchMeans::new(eye.emitted.len()));
         let tree_seconds = watch.lap();
         let direct = DirectPass::new(scene, &hit_points, settings.seed);
         let setup = SetupStatistics {
@@ -101,6 +110,7 @@ impl<'s> Render<'s> {
             emitted_light: eye.emitted,
             emitted_photons: 0,
             passes: 0,
+            batches,
             setup,
         }
     }
@@ -122,8 +132,24 @@ impl<'s> Render<'s> {
         self.emitted_photons += ledger.emitted;
         phases.gather = watch.lap();
         self.passes += 1;
+        self.close_batch();
+        phases.errors = watch.lap();
         let shadow_rays = self.direct.rays() - shadow_rays_before;
         self.statistics(phases, ledger, found, shadow_rays)
+    }
+
+    /// Ends the batch of passes that the estimates of the error count by, if it is long enough.
+    fn close_batch(&mut self) {
+        let Some(mut batches) = self.batches.take_if(|batches| batches.is_due(self.passes)) else { return };
+        batches.close(self.passes, |pixel| develop::noisy_radiance(self, pixel));
+        self.batches = Some(batches);
+    }
+
+    /// How wrong the picture is, with bounds that hold at `confidence` in (0, 1).
+    ///
+    /// `None` if the settings do not ask for estimates of the error, or before the second pass.
+    pub fn accuracy(&self, confidence: f64) -> Option<Accuracy<'_>> {
+        Accuracy::new(self, self.batches.as_ref()?, confidence)
     }
 
     /// The picture of all light found so far (radiance).
@@ -181,12 +207,18 @@ impl<'s> Render<'s> {
         size_of_val(&*self.hit_points)
             + size_of_val(&*self.states)
             + self.pixel_lists.memory_bytes()
+            + self.batches.as_ref().map_or(0, BatchMeans::memory_bytes)
             + self.facets.memory_bytes()
             + self.tree.memory_bytes()
             + self.direct.memory_bytes()
             + self.photon_pass.memory_bytes()
             + size_of_val(&*self.emitted_light)
     }
+}
+
+/// The factor from the irradiance at a hit point to the radiance of its pixel: `weight · albedo / π`.
+fn reflectance(scene: &Scene, hit_point: &HitPoint) -> Rgb {
+    hit_point.weight * scene.materials()[hit_point.material as usize].bsdf.albedo() / PI
 }
 
 /// The tree over spheres of the given radius, and the hit points in its order.

@@ -18,10 +18,14 @@ pub struct Settings {
     pub sampling: DiffuseSampling,
     /// Key of all random numbers.
     pub seed: u64,
+    /// Key of the eye paths, if another than `seed`: renders with equal ones have the same hit points.
+    pub eye_seed: Option<u64>,
+    /// Whether to keep the statistics that [`Render::accuracy`](super::Render::accuracy) needs: 72 bytes a pixel.
+    pub error_estimates: bool,
 }
 
 impl Settings {
-    /// The settings that a scene asks for, with cosine-weighted bounces and seed 0.
+    /// The settings that a scene asks for, with cosine-weighted bounces, seed 0 and no estimates of the error.
     pub fn of_scene(render: &RenderDesc) -> Settings {
         Settings {
             samples: render.samples,
@@ -31,6 +35,22 @@ impl Settings {
             radius: render.radius,
             sampling: DiffuseSampling::Cosine,
             seed: 0,
+            eye_seed: None,
+            error_estimates: false,
         }
+    }
+
+    /// `s` in `error ~ passes^-s` as passes go to infinity: noise falls as `i^(-α/2)`, bias as `i^(α - 1)`, and the slower
+    /// of the two decides. 0 where radii do not shrink.
+    ///
+    /// # Source
+    /// Knaus and Zwicker, "Progressive Photon Mapping: A Probabilistic Approach", ACM Transactions on Graphics 30(3), 2011.
+    pub fn asymptotic_exponent(&self) -> f64 {
+        (0.5 * self.alpha).min(1.0 - self.alpha)
+    }
+
+    /// The mean of `R²` over many passes, in units of the last: `1 / α`, since `R²` falls as `i^(α - 1)`.
+    pub(super) fn mean_radius2(&self) -> f64 {
+        self.alpha.recip()
     }
 }

@@ -37,12 +37,14 @@ pub struct PhaseSeconds {
     pub trace: f64,
     /// Adding them to hit points, radius reduction and refitting the tree: one walk.
     pub gather: f64,
+    /// Keeping the statistics that the error is estimated from.
+    pub errors: f64,
 }
 
 impl PhaseSeconds {
     /// The whole pass.
     pub fn total(&self) -> f64 {
-        self.direct + self.trace + self.gather
+        self.direct + self.trace + self.gather + self.errors
     }
 }
 

@@ -1,0 +1,140 @@
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use super::args::RenderArgs;
+use super::error::CliError;
+use super::error_watch::ErrorRecord;
+use super::json_lines::JsonLines;
+use super::memory;
+use super::pictures::{PicturePath, default_output};
+use crate::output::{Display, ExrLayer, LayerChannels, Metadata, Value};
+use crate::ppm::{Layers, PassStatistics, Render, SetupStatistics};
+use crate::scene::{SceneDesc, Traversal};
+
+/// Everything that the render writes; all paths are checked before it begins.
+pub struct Outputs {
+    scene: String,
+    threads: usize,
+    picture: PicturePath,
+    direct: Option<PicturePath>,
+    every_pass: Option<PathBuf>,
+    json: Option<JsonLines>,
+    /// At which confidence, if the picture is to have layers.
+    layers: Option<f64>,
+    display: Display,
+    traversal: Traversal,
+    reproducible: bool,
+}
+
+/// A line of the statistics.
+#[derive(Serialize)]
+struct PassRecord<'a> {
+    #[serde(flatten)]
+    pass: &'a PassStatistics,
+    threads: usize,
+    seconds_in_all: f64,
+    peak_memory_bytes: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<&'a ErrorRecord>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    setup: Option<&'a SetupStatistics>,
+}
+
+impl Outputs {
+    pub fn check(args: &RenderArgs, desc: &SceneDesc, threads: usize) -> Result<Outputs, CliError> {
+        let output = args.output.clone().unwrap_or_else(|| default_output(&desc.name, ""));
+        if let Some(folder) = &args.every_pass {
+            PicturePath::new(&folder.join("pass_0001.exr"))?;
+        }
+        Ok(Outputs {
+            scene: args.scene.display().to_string(),
+            threads,
+            picture: PicturePath::new(&output)?,
+            direct: args.direct.as_deref().map(PicturePath::new).transpose()?,
+            every_pass: args.every_pass.clone(),
+            json: args.json.as_deref().map(JsonLines::create).transpose()?,
+            layers: args.layers.then_some(args.confidence),
+            display: Display::from(&args.run.display),
+            traversal: args.run.traversal.into(),
+            reproducible: args.run.reproducible,
+        })
+    }
+
+    pub fn after_pass(
+        &mut self,
+        render: &Render,
+        pass: &PassStatistics,
+        error: Option<&ErrorRecord>,
+        seconds: f64,
+    ) -> Result<(), CliError> {
+        if let Some(json) = &mut self.json {
+            json.write(&PassRecord {
+                pass,
+                threads: self.threads,
+                seconds_in_all: seconds,
+                peak_memory_bytes: memory::peak_bytes(),
+                error,
+                setup: (pass.pass == 1).then(|| render.setup()),
+            })?;
+        }
+        if let Some(folder) = &self.every_pass {
+            let path = PicturePath::new(&folder.join(format!("pass_{:04}.exr", pass.pass)))?;
+            path.write(&render.picture(), &self.metadata(render, seconds), &self.display)?;
+        }
+        Ok(())
+    }
+
+    pub fn write(&self, render: &Render, seconds: f64) -> Result<(), CliError> {
+        let metadata = self.metadata(render, seconds);
+        let layers = self.layers.and_then(|confidence| Some(render.accuracy(confidence)?.layers()));
+        let layers = layers.as_ref().map(named).unwrap_or_default();
+        self.picture.write_layers(&render.picture(), &layers, &metadata, &self.display)?;
+        if let Some(direct) = &self.direct {
+            direct.write(&render.direct_picture(), &metadata, &self.display)?;
+        }
+        eprintln!(
+            "{} passes in {seconds:.1} s: {} and {}",
+            render.passes(),
+            self.picture.exr().display(),
+            self.picture.png().display()
+        );
+        Ok(())
+    }
+
+    /// The facts of the picture, for its header.
+    fn metadata(&self, render: &Render, seconds: f64) -> Metadata {
+        let settings = render.settings();
+        let metadata = Metadata::new()
+            .with("caustica:version", Value::Text(env!("CARGO_PKG_VERSION").into()))
+            .with("caustica:method", Value::Text("progressive photon mapping".into()))
+            .with("caustica:scene", Value::Text(self.scene.clone()))
+            .with("caustica:passes", Value::Integer(render.passes().into()))
+            .with("caustica:photons", Value::Integer(settings.photons as i64))
+            .with("caustica:alpha", Value::Double(settings.alpha))
+            .with("caustica:radius", Value::Double(render.setup().radius))
+            .with("caustica:samples", Value::Integer(settings.samples.into()))
+            .with("caustica:depth", Value::Integer(settings.depth.into()))
+            .with("caustica:sampling", Value::Text(format!("{:?}", settings.sampling).to_lowercase()))
+            .with("caustica:traversal", Value::Text(self.traversal.to_string()))
+            .with("caustica:seed", Value::Text(settings.seed.to_string()))
+            .with("caustica:eye_seed", Value::Text(settings.eye_seed.unwrap_or(settings.seed).to_string()));
+        let metadata = match self.layers {
+            Some(confidence) => metadata.with("caustica:confidence", Value::Double(confidence)),
+            None => metadata,
+        };
+        if self.reproducible { metadata } else { metadata.with("caustica:seconds", Value::Double(seconds)) }
+    }
+}
+
+/// The layers under the names that they have in the file.
+fn named(layers: &Layers) -> Vec<ExrLayer<'_>> {
+    let layer = |name, channels, image| ExrLayer { name, channels, image };
+    vec![
+        layer("stderr", LayerChannels::Rgb, &layers.stderr),
+        layer("bias", LayerChannels::Rgb, &layers.bias),
+        layer("bound", LayerChannels::Rgb, &layers.bound),
+        layer("photons", LayerChannels::Grey, &layers.photons),
+        layer("radius", LayerChannels::Grey, &layers.radius),
+    ]
+}

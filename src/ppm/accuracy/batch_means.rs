@@ -1,0 +1,184 @@
+use rayon::prelude::*;
+
+use crate::math::DVec3;
+
+/// Every batch but the first few holds about one in so many of the passes before it: longer and longer, so that few are enough.
+const PARTS: u32 = 6;
+
+/// The variance of every pixel's mean over passes, from the sums of batches of passes.
+///
+/// The estimate after `n` passes is `L_n = (1/n) Σ x_i`, with `x_i` what pass `i` alone says: shrinking a radius keeps
+/// `τ / R²`, so `τ / (π R² N_emitted)` is the mean of `Φ_i / (π R_i² N_pass)`. Given the radii, passes are
+/// independent. Let batch `b` have `n_b` passes and the sum `D_b = Σ x_i`; then
+/// `Var(L_n) ≈ Σ_b (D_b - n_b L_n)² / (n² - Σ_b n_b²)`.
+///
+/// # Source
+/// Hachisuka, Jarosz and Jensen, "A Progressive Error Estimation Framework for Photon Density Estimation", SIGGRAPH
+/// Asia 2010, for the variance from passes; Knaus and Zwicker, "Progressive Photon Mapping: A Probabilistic
+/// Approach", ACM Transactions on Graphics 30(3), 2011, for their independence.
+#[derive(Clone, Debug)]
+pub(crate) struct BatchMeans {
+    pixels: Vec<Moments>,
+    /// Passes in all batches: `n`.
+    passes: u32,
+    /// `Σ n_b²`.
+    squares: f64,
+    batches: u32,
+}
+
+/// The sums of one pixel.
+#[derive(Clone, Copy, Debug, Default)]
+struct Moments {
+    /// `Σ D_b = n L_n`.
+    sum: DVec3,
+    /// `Σ D_b²`.
+    squares: DVec3,
+    /// `Σ n_b D_b`.
+    weighted: DVec3,
+}
+
+impl BatchMeans {
+    pub(crate) fn new(pixels: usize) -> BatchMeans {
+        BatchMeans { pixels: vec![Moments::default(); pixels], passes: 0, squares: 0.0, batches: 0 }
+    }
+
+    /// Whether a batch that ends after `passes` passes is long enough.
+    pub(crate) fn is_due(&self, passes: u32) -> bool {
+        passes - self.passes > self.passes / PARTS
+    }
+
+    /// Ends a batch after `passes` passes, more than at the last call; `mean` is `L_n` of a pixel.
+    pub(crate) fn close(&mut self, passes: u32, mean: impl Fn(usize) -> DVec3 + Sync) {
+        let length = f64::from(passes - self.passes);
+        self.pixels.par_iter_mut().enumerate().for_each(|(pixel, moments)| {
+            moments.add(length, f64::from(passes) * mean(pixel) - moments.sum);
+        });
+        self.passes = passes;
+        self.squares += length * length;
+        self.batches += 1;
+    }
+
+    /// Passes in all batches that are closed.
+    pub(crate) fn passes(&self) -> u32 {
+        self.passes
+    }
+
+    /// Pixels of the picture.
+    pub(crate) fn len(&self) -> usize {
+        self.pixels.len()
+    }
+
+    /// The mean of a pixel; zero before the first batch is closed.
+    pub(crate) fn mean(&self, pixel: usize) -> DVec3 {
+        self.pixels[pixel].sum / f64::from(self.passes.max(1))
+    }
+
+    /// The variance of that mean; infinite below two batches, where nothing is known of it.
+    pub(crate) fn variance(&self, pixel: usize) -> DVec3 {
+        if self.batches < 2 {
+            return DVec3::INFINITY;
+        }
+        let (n, mean) = (f64::from(self.passes), self.mean(pixel));
+        let Moments { squares, weighted, .. } = self.pixels[pixel];
+        let deviations = squares - 2.0 * mean * weighted + mean * mean * self.squares;
+        deviations.max(DVec3::ZERO) / (n * n - self.squares)
+    }
+
+    /// The degrees of freedom of the variance, `n² / Σ n_b² - 1`: one less than there are batches, if all are equal.
+    pub(crate) fn degrees_of_freedom(&self) -> f64 {
+        let n = f64::from(self.passes);
+        if self.batches == 0 { 0.0 } else { n * n / self.squares - 1.0 }
+    }
+
+    /// Heap memory, in bytes.
+    pub(crate) fn memory_bytes(&self) -> usize {
+        size_of_val(&*self.pixels)
+    }
+}
+
+impl Moments {
+    fn add(&mut self, length: f64, sum: DVec3) {
+        self.sum += sum;
+        self.squares += sum * sum;
+        self.weighted += length * sum;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::{Rng, Stream};
+
+    /// One pixel that sees `noise(pass)` in each pass.
+    fn batches_of(passes: u32, mut noise: impl FnMut(u32) -> f64) -> BatchMeans {
+        let (mut batches, mut sum) = (BatchMeans::new(1), 0.0);
+        for pass in 1..=passes {
+            sum += noise(pass);
+            if batches.is_due(pass) {
+                batches.close(pass, |_| DVec3::splat(sum / f64::from(pass)));
+            }
+        }
+        batches
+    }
+
+    #[test]
+    fn batches_are_single_passes_at_first_and_grow_with_their_number() {
+        let mut batches = BatchMeans::new(0);
+        let ends: Vec<u32> = (1..=40)
+            .filter(|&pass| {
+                let due = batches.is_due(pass);
+                if due {
+                    batches.close(pass, |_| DVec3::ZERO);
+                }
+                due
+            })
+            .collect();
+        assert_eq!(ends, [1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 18, 22, 26, 31, 37]);
+    }
+
+    #[test]
+    fn single_passes_give_the_textbook_variance_of_a_mean() {
+        let values = [3.0, 5.0, 4.0, 8.0];
+        let batches = batches_of(4, |pass| values[pass as usize - 1]);
+        assert_eq!(batches.mean(0), DVec3::splat(5.0));
+        // Σ (x - 5)² = 14; 14 / (4 · 3).
+        assert!((batches.variance(0).x - 14.0 / 12.0).abs() < 1e-12);
+        assert!((batches.degrees_of_freedom() - 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn nothing_is_claimed_from_one_batch() {
+        let mut batches = BatchMeans::new(1);
+        assert_eq!((batches.degrees_of_freedom(), batches.mean(0)), (0.0, DVec3::ZERO));
+        batches.close(1, |_| DVec3::ONE);
+        assert_eq!(batches.variance(0), DVec3::INFINITY);
+        assert_eq!(batches.degrees_of_freedom(), 0.0);
+    }
+
+    /// Over many renders, the estimate is the true variance on average: also for noise that grows as radii shrink.
+    #[test]
+    fn variance_is_unbiased() {
+        for (passes, growth) in [(5, 0.0), (100, 0.0), (100, 0.3)] {
+            let sigma2 = |pass: u32| f64::from(pass).powf(growth);
+            let truth = (1..=passes).map(sigma2).sum::<f64>() / f64::from(passes * passes);
+            let mean: f64 = (0..4000)
+                .map(|render| {
+                    let mut rng = Rng::new(1, Stream::Test, passes, render);
+                    // Uniform numbers of variance 1.
+                    let unit = |rng: &mut Rng| 12f64.sqrt() * (f64::from(rng.next_f32()) - 0.5);
+                    batches_of(passes, |pass| 7.0 + sigma2(pass).sqrt() * unit(&mut rng)).variance(0).x
+                })
+                .sum::<f64>()
+                / 4000.0;
+            assert!((mean / truth - 1.0).abs() < 0.05, "{passes} passes, growth {growth}: {}", mean / truth);
+        }
+    }
+
+    #[test]
+    fn quiet_pixels_have_no_variance_and_large_means_lose_none() {
+        let rounding = batches_of(50, |_| 1e6).variance(0).x.sqrt();
+        assert!(rounding < 1e-8 * 1e6, "{rounding}");
+        let loud = batches_of(12, |pass| 1e6 + f64::from(pass % 3)).variance(0).x;
+        assert!((0.02..0.1).contains(&loud), "{loud}");
+    }
+}

@@ -1,0 +1,50 @@
+use rayon::prelude::*;
+
+use super::super::Render;
+use super::{Accuracy, PixelError};
+use crate::film::Image;
+use crate::math::DVec3;
+
+/// Pictures of what is known of the error.
+#[derive(Clone, Debug)]
+pub struct Layers {
+    /// Standard error (radiance).
+    pub stderr: Image,
+    /// Bias (radiance), positive where the picture is too bright.
+    pub bias: Image,
+    /// Bound of the error (radiance); NaN where there are too few photons to tell.
+    pub bound: Image,
+    /// Photons that a pixel rests on, the same in all channels.
+    pub photons: Image,
+    /// Mean gather radius of a pixel's hit points in scene units, the same in all channels; 0 where there is none.
+    pub radius: Image,
+}
+
+impl Layers {
+    pub(super) fn of(render: &Render, accuracy: &Accuracy) -> Layers {
+        let film = render.scene.film();
+        let (width, height) = (film.width as usize, film.height as usize);
+        let errors: Vec<PixelError> =
+            (0..width * height).into_par_iter().map(|pixel| accuracy.pixel(pixel)).collect();
+        let image = |of: &dyn Fn(usize, &PixelError) -> DVec3| {
+            let mut image = Image::new(width, height);
+            for (pixel, (to, error)) in image.pixels_mut().iter_mut().zip(&errors).enumerate() {
+                *to = of(pixel, error).as_vec3();
+            }
+            image
+        };
+        Layers {
+            stderr: image(&|_, error| error.stderr),
+            bias: image(&|_, error| error.bias),
+            bound: image(&|_, error| error.bound),
+            photons: image(&|_, error| DVec3::splat(error.photons)),
+            radius: image(&|pixel, _| DVec3::splat(mean_radius(render, pixel))),
+        }
+    }
+}
+
+fn mean_radius(render: &Render, pixel: usize) -> f64 {
+    let seen = render.pixel_lists.of(pixel);
+    let sum: f64 = seen.iter().map(|seen| render.states[seen.position as usize].radius()).sum();
+    sum / seen.len().max(1) as f64
+}
