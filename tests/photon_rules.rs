@@ -70,7 +70,7 @@ fn photon_irradiance(scene: &Scene, passes: u32) -> f64 {
     let mut render = Render::new(scene, Settings::of_scene(scene.render()));
     (0..passes).for_each(|_| assert!(render.pass().photons.is_balanced()));
     let emitted = render.emitted_photons();
-    let sum: DVec3 = render.states().iter().map(|s| s.irradiance(emitted)).sum();
+    let sum: DVec3 = render.states().map(|s| s.irradiance(emitted)).sum();
     sum.x / render.states().len() as f64
 }
 

@@ -80,8 +80,21 @@ impl<L: Lanes> Balls<L> {
     /// Which of the spheres contain `p`.
     #[inline(always)]
     pub fn around(&self, lanes: L, p: Vec3) -> Mask {
-        let offset = self.centers.sub(lanes, LaneVec3::splat(lanes, p));
+        let offset = self.offset(lanes, p);
         lanes.le(offset.dot(lanes, offset), self.squared_radius)
+    }
+
+    /// From `p` to their centres.
+    #[inline(always)]
+    pub fn offset(&self, lanes: L, p: Vec3) -> LaneVec3<L> {
+        self.centers.sub(lanes, LaneVec3::splat(lanes, p))
+    }
+
+    /// Which of the spheres contain the point at `offset` in the inner half of their discs' area.
+    #[inline(always)]
+    pub fn around_half(&self, lanes: L, offset: LaneVec3<L>) -> Mask {
+        let half = lanes.mul(self.squared_radius, lanes.splat(0.5));
+        lanes.le(offset.dot(lanes, offset), half)
     }
 }
 

@@ -6,6 +6,7 @@ use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 
 use crate::bsdf::DiffuseSampling;
 use crate::compare::Bound;
+use crate::ppm;
 use crate::scene;
 
 /// Progressive photon mapping on Embree 4: caustics from small lights, in mirrors, through glass, under water.
@@ -76,6 +77,9 @@ pub struct RenderArgs {
     /// Longest chain of mirrors and interfaces that an eye path follows, 0 to 1024 [default: the scene's]
     #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=1024))]
     pub depth: Option<u32>,
+    /// How gather radii shrink from pass to pass
+    #[arg(long, value_enum, default_value_t = RadiusPolicy::HitPoint)]
+    pub radius_policy: RadiusPolicy,
     /// How photons bounce off diffuse surfaces
     #[arg(long, value_enum, default_value_t = Sampling::Cosine)]
     pub sampling: Sampling,
@@ -258,6 +262,29 @@ pub struct BenchArgs {
     /// Write a page with plots and table, for a browser
     #[arg(long, value_name = "FILE")]
     pub html: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum RadiusPolicy {
+    /// Each hit point's by its own photons
+    HitPoint,
+    /// All by one schedule
+    Shared,
+    /// Each hit point's, where its light is found to be uneven
+    Tested,
+    /// Not at all: noise falls, blur stays
+    Fixed,
+}
+
+impl From<RadiusPolicy> for ppm::RadiusPolicy {
+    fn from(policy: RadiusPolicy) -> ppm::RadiusPolicy {
+        match policy {
+            RadiusPolicy::HitPoint => ppm::RadiusPolicy::HitPoint,
+            RadiusPolicy::Shared => ppm::RadiusPolicy::Shared,
+            RadiusPolicy::Tested => ppm::RadiusPolicy::Tested,
+            RadiusPolicy::Fixed => ppm::RadiusPolicy::Fixed,
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

@@ -5,7 +5,7 @@ use super::interrupt::Interrupt;
 use super::outputs::Outputs;
 use super::progress::{Budget, Progress};
 use super::{load, use_threads};
-use crate::ppm::{Render, Settings};
+use crate::ppm::{Precision, Render, Settings};
 use crate::scene::{Scene, SceneDesc};
 
 /// Renders a scene by photon mapping: passes until the budget is spent or the target reached, then the picture.
@@ -45,10 +45,11 @@ fn announce(args: &RenderArgs, render: &Render) {
     eprintln!(
         "target: relative error (√relMSE over all pixels and channels, as `caustica compare` has it) at most {target} with {confidence} confidence"
     );
-    if render.settings().asymptotic_exponent() == 0.0 {
+    let Settings { policy, alpha, .. } = *render.settings();
+    if policy.asymptotic_exponent(alpha) == 0.0 {
         eprintln!(
             "warning: with these settings radii do not shrink, so the error never falls below the blur by a disc of radius {:.4}; \
-             if that is above {target}, no number of passes reaches it: choose a smaller --radius or an --alpha below 1",
+             if that is above {target}, no number of passes reaches it: choose a smaller --radius, or an --alpha below 1 with a --radius-policy that shrinks",
             render.setup().radius
         );
     }
@@ -62,6 +63,8 @@ fn settings(args: &RenderArgs, desc: &SceneDesc) -> Settings {
         photons: args.photons.unwrap_or(of_scene.photons),
         alpha: args.alpha.unwrap_or(of_scene.alpha),
         radius: args.radius.or(of_scene.radius),
+        policy: args.radius_policy.into(),
+        precision: Precision::Double,
         sampling: args.sampling.into(),
         seed: args.run.seed,
         eye_seed: args.eye_seed,

@@ -33,7 +33,7 @@ pub(super) fn noisy_radiance(render: &Render, pixel: usize) -> DVec3 {
 }
 
 fn from_photons(render: &Render, position: usize) -> DVec3 {
-    render.states[position].irradiance(render.emitted_photons)
+    render.states.get(position).irradiance(render.emitted_photons)
 }
 
 /// What a pixel sees of the irradiance at its hit points.

@@ -1,8 +1,11 @@
 //! Gathering: every photon is added to all hit points whose sphere contains it; then their radii shrink.
 
+use std::marker::PhantomData;
 use std::ops::{Add, Range};
 
-use super::{Facets, GatherState, PassSum, Photon, PhotonBatch};
+use super::lane_parts::{LaneParts, PartArrays};
+use super::statistic::{Statistic, Statistics};
+use super::{Facets, PassSum, Photon, PhotonBatch};
 use crate::bvh::{Gatherer, Leaf, Radii, SphereBvh};
 use crate::math::{DVec3, Rgb};
 use crate::scene::Receiver;
@@ -46,16 +49,31 @@ pub(super) fn gather(
     facets: &Facets,
     photons: &PhotonBatch,
     alpha: f64,
-    states: &mut [GatherState],
+    statistics: &mut Statistics,
 ) -> Found {
-    let gatherer = PhotonGatherer { facets, photons: &photons.photons, alpha };
+    match statistics {
+        Statistics::Double(states) => gather_into(tree, facets, photons, alpha, states),
+        Statistics::Single(states) => gather_into(tree, facets, photons, alpha, states),
+        Statistics::Tested(states) => gather_into(tree, facets, photons, alpha, states),
+    }
+}
+
+fn gather_into<S: Statistic>(
+    tree: &mut SphereBvh,
+    facets: &Facets,
+    photons: &PhotonBatch,
+    alpha: f64,
+    states: &mut [S],
+) -> Found {
+    let gatherer = PhotonGatherer { facets, photons: &photons.photons, alpha, state: PhantomData };
     tree.gather_with(Isa::best(), &photons.positions, states, &gatherer)
 }
 
-struct PhotonGatherer<'a> {
+struct PhotonGatherer<'a, S> {
     facets: &'a Facets,
     photons: &'a [Photon],
     alpha: f64,
+    state: PhantomData<fn(S)>,
 }
 
 /// The photons of a task, close together, and what became of them.
@@ -64,8 +82,8 @@ struct Task {
     found: Found,
 }
 
-impl Gatherer for PhotonGatherer<'_> {
-    type State = GatherState;
+impl<S: Statistic> Gatherer for PhotonGatherer<'_, S> {
+    type State = S;
     type Task = Task;
     type Tally = Found;
 
@@ -77,19 +95,26 @@ impl Gatherer for PhotonGatherer<'_> {
     }
 
     #[inline(always)]
-    fn meet<L: Lanes>(&self, lanes: L, task: &mut Task, leaf: Leaf<GatherState>) -> Radii {
+    fn meet<L: Lanes>(&self, lanes: L, task: &mut Task, leaf: Leaf<S>) -> Radii {
         let balls = leaf.balls(lanes);
         let facets = LaneFacets::load(lanes, self.facets, leaf.first..leaf.first + leaf.states.len());
         let mut sums = LaneSums::zero(lanes);
+        let mut parts = LaneParts::zero(lanes, facets.ng);
         for (p, place) in leaf.points.iter() {
             let around = balls.around(lanes, p);
             let photon = &task.photons[place];
             let (accepted, response) = facets.responses(lanes, photon);
             sums.add(lanes, around & accepted, photon.power, response);
+            if S::WANTS_PARTS {
+                let offset = balls.offset(lanes, p);
+                let inner = balls.around_half(lanes, offset);
+                parts.add(lanes, around & accepted, offset, inner, photon.power, response);
+            }
             task.found.accepted += u64::from((around & accepted).count_ones());
             task.found.rejected += u64::from((around & !accepted).count_ones());
         }
-        close(leaf.states, leaf.radii, &sums.to_arrays(lanes), self.alpha)
+        let parts = if S::WANTS_PARTS { Some(parts.to_arrays(lanes)) } else { None };
+        close(leaf.states, leaf.radii, &sums.to_arrays(lanes), parts.as_ref(), self.alpha)
     }
 
     fn end(&self, task: Task) -> Found {
@@ -172,19 +197,25 @@ impl<L: Lanes> LaneSums<L> {
 }
 
 /// Closes the pass for the hit points of a leaf.
-fn close(
-    states: &mut [GatherState],
+fn close<S: Statistic>(
+    states: &mut [S],
     radii: &mut [f32],
     [red, green, blue, count]: &[[f64; LANES]; 4],
+    parts: Option<&PartArrays>,
     alpha: f64,
 ) -> Radii {
     let mut changed = Radii::Kept;
     for (lane, (state, radius)) in states.iter_mut().zip(radii).enumerate().take(LANES) {
         if count[lane] > 0.0 {
             let flux = DVec3::new(red[lane], green[lane], blue[lane]);
-            state.after_pass(&PassSum { flux, accepted: count[lane] as u32 }, alpha);
-            *radius = state.radius() as f32;
-            changed = Radii::Changed;
+            let pass = PassSum { flux, accepted: count[lane] as u32 };
+            let parts = parts.map(|parts| parts.lane(lane)).unwrap_or_default();
+            state.after_pass(&pass, &parts, alpha);
+            let shrunk = state.state().radius() as f32;
+            if shrunk != *radius {
+                *radius = shrunk;
+                changed = Radii::Changed;
+            }
         }
     }
     changed
@@ -192,10 +223,12 @@ fn close(
 
 #[cfg(test)]
 mod tests {
-    use super::super::HitPoint;
+    use super::super::evenness::{PartSums, TestedState};
+    use super::super::statistic::SingleState;
+    use super::super::{GatherState, HitPoint};
     use super::*;
     use crate::bvh::Sphere;
-    use crate::math::{Rng, Stream, Vec3, warp};
+    use crate::math::{Frame, Rng, Stream, Vec3, mean, warp};
 
     fn photon(wi: Vec3, ng: Vec3) -> Photon {
         Photon { wi, ng, power: Rgb::ONE }
@@ -244,23 +277,38 @@ mod tests {
         batch
     }
 
+    /// The part of its disc that a photon lies in: the half of the area, and the quadrant.
+    fn part(hit_point: &HitPoint, sphere: &Sphere, p: Vec3) -> usize {
+        let offset = sphere.center - p;
+        let frame = Frame::around(hit_point.receiver.ng);
+        let outer = offset.dot(offset) > 0.5 * (sphere.radius * sphere.radius);
+        let sides = [outer, offset.dot(frame.tangent) >= 0.0, offset.dot(frame.bitangent) >= 0.0];
+        sides.into_iter().fold(0, |part, side| 2 * part + usize::from(side))
+    }
+
     /// What a pass must leave in a hit point: one photon after the other, in f64.
-    fn naive(hit_point: &HitPoint, sphere: &Sphere, batch: &PhotonBatch, alpha: f64) -> GatherState {
-        let mut sum = PassSum::default();
+    fn naive<S: Statistic>(hit_point: &HitPoint, sphere: &Sphere, batch: &PhotonBatch, alpha: f64) -> S {
+        let (mut sum, mut parts) = (PassSum::default(), PartSums::default());
         for (p, photon) in batch.positions.iter().zip(&batch.photons) {
             if let Some(flux) = received(&hit_point.receiver, photon).filter(|_| sphere.contains(*p)) {
                 sum.flux += flux.as_dvec3();
                 sum.accepted += 1;
+                let response = hit_point.receiver.response(photon.wi).unwrap();
+                let flux = if hit_point.receiver.ns == hit_point.receiver.ng { 1.0 } else { response }
+                    * mean(photon.power);
+                parts.flux[part(hit_point, sphere, *p)] += f64::from(flux);
+                parts.squares += f64::from(flux * flux);
             }
         }
-        let mut state = GatherState::new(f64::from(sphere.radius));
-        state.after_pass(&sum, alpha);
+        let mut state = S::new(f64::from(sphere.radius));
+        if sum.accepted > 0 {
+            state.after_pass(&sum, &parts, alpha);
+        }
         state
     }
 
     /// Every instruction set against the definition, bit by bit.
-    #[test]
-    fn lanes_gather_what_the_definition_says() {
+    fn assert_lanes_gather_as_defined<S: Statistic + PartialEq>() {
         let mut rng = Rng::new(4, Stream::Test, 0, 0);
         for smooth in [false, true] {
             let hit_points: Vec<HitPoint> = (0..500).map(|_| hit_point(&mut rng, smooth)).collect();
@@ -269,19 +317,30 @@ mod tests {
             let batch = photon_batch(&mut rng, 1000);
             let (tree, order) = SphereBvh::build(&spheres);
             let ordered: Vec<HitPoint> = order.iter().map(|&k| hit_points[k as usize]).collect();
-            let expected: Vec<GatherState> =
-                ordered.iter().map(|h| naive(h, &sphere(h), &batch, 0.7)).collect();
-            assert!(expected.iter().filter(|state| state.photons > 2.0).count() > 100);
+            let expected: Vec<S> = ordered.iter().map(|h| naive(h, &sphere(h), &batch, 0.7)).collect();
+            assert!(expected.iter().filter(|state| state.state().photons > 2.0).count() > 100);
             for isa in Isa::available() {
-                let (mut tree, mut states) = (tree.clone(), vec![GatherState::new(0.125); 500]);
+                let (mut tree, mut states) = (tree.clone(), vec![S::new(0.125); 500]);
                 let facets = Facets::of(&ordered);
-                let gatherer = PhotonGatherer { facets: &facets, photons: &batch.photons, alpha: 0.7 };
+                let gatherer = PhotonGatherer {
+                    facets: &facets,
+                    photons: &batch.photons,
+                    alpha: 0.7,
+                    state: PhantomData,
+                };
                 let found = tree.gather_with(isa, &batch.positions, &mut states, &gatherer);
                 assert!(states == expected, "{isa}, smooth: {smooth}");
-                let radii = states.iter().map(|state| state.radius() as f32);
+                let radii = states.iter().map(|state| state.state().radius() as f32);
                 assert!(radii.eq(tree.radii().iter().copied()), "{isa}");
                 assert!(found.accepted > 1000 && found.rejected > 1000, "{found:?}");
             }
         }
+    }
+
+    #[test]
+    fn lanes_gather_what_the_definition_says() {
+        assert_lanes_gather_as_defined::<GatherState>();
+        assert_lanes_gather_as_defined::<SingleState>();
+        assert_lanes_gather_as_defined::<TestedState>();
     }
 }

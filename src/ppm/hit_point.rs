@@ -74,6 +74,13 @@ impl GatherState {
         self.photons = kept;
     }
 
+    /// Scales `R²` by `ratio`, and with it the count and the flux: `τ / R²` stays.
+    pub fn shrink(&mut self, ratio: f64) {
+        self.radius2 *= ratio;
+        self.flux *= ratio;
+        self.photons *= ratio;
+    }
+
     /// The irradiance estimate `τ / (π R² N_emitted)` (W/m²); zero before the first photon was emitted.
     pub fn irradiance(&self, emitted: u64) -> DVec3 {
         if emitted == 0 { DVec3::ZERO } else { self.flux / (PI * self.radius2 * emitted as f64) }

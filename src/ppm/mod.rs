@@ -15,15 +15,19 @@ mod accuracy;
 pub mod camera_pass;
 mod develop;
 mod direct;
+mod evenness;
 mod facets;
 mod gather;
 mod hit_point;
 mod hit_points;
+mod lane_parts;
 mod ledger;
 pub mod photon_pass;
 mod pixel_lists;
 mod radius;
+mod radius_policy;
 mod settings;
+mod statistic;
 mod statistics;
 mod wavefront;
 
@@ -37,7 +41,9 @@ pub use hit_points::HitPoints;
 pub use ledger::Ledger;
 pub use photon_pass::{Photon, PhotonBatch, PhotonPass};
 pub use radius::automatic_radius;
+pub use radius_policy::RadiusPolicy;
 pub use settings::Settings;
+pub use statistic::Precision;
 pub use statistics::{PassStatistics, PhaseSeconds, RadiusRange, SetupStatistics};
 
 use std::f32::consts::PI;
@@ -50,6 +56,7 @@ use crate::math::Rgb;
 use crate::scene::Scene;
 use accuracy::BatchMeans;
 use pixel_lists::PixelLists;
+use statistic::Statistics;
 use statistics::Stopwatch;
 
 /// A render under way: the picture is there at any time, and every pass makes it better.
@@ -58,7 +65,7 @@ pub struct Render<'s> {
     settings: Settings,
     /// In the order of the tree, as are the states.
     hit_points: Vec<HitPoint>,
-    states: Vec<GatherState>,
+    states: Statistics,
     pixel_lists: PixelLists,
     facets: Facets,
     tree: SphereBvh,
@@ -81,7 +88,7 @@ impl<'s> Render<'s> {
         let eye_seconds = watch.lap();
         let radius = settings.radius.unwrap_or_else(|| automatic_radius(&eye.hit_points));
         let (tree, hit_points) = build_tree(&eye.hit_points, radius);
-        let states = hit_points.par_iter().map(|_| GatherState::new(radius)).collect();
+        let states = Statistics::new(hit_points.len(), radius, settings.policy, settings.precision);
         let facets = Facets::of(&hit_points);
         let pixel_lists = PixelLists::new(&hit_points, eye.emitted.len(), |h| reflectance(scene, h));
         let batches = settings.error_estimates.then(|| BatchMeans::new(eye.emitted.len()));
@@ -127,15 +134,25 @@ impl<'s> Render<'s> {
         let batch = self.photon_pass.trace(self.scene, &self.settings, self.passes);
         phases.trace = watch.lap();
         let ledger = batch.ledger;
-        let found =
-            gather::gather(&mut self.tree, &self.facets, batch, self.settings.alpha, &mut self.states);
+        let alpha = self.settings.policy.own_alpha(self.settings.alpha);
+        let found = gather::gather(&mut self.tree, &self.facets, batch, alpha, &mut self.states);
         self.emitted_photons += ledger.emitted;
-        phases.gather = watch.lap();
         self.passes += 1;
+        self.shrink_together();
+        phases.gather = watch.lap();
         self.close_batch();
         phases.errors = watch.lap();
         let shadow_rays = self.direct.rays() - shadow_rays_before;
         self.statistics(phases, ledger, found, shadow_rays)
+    }
+
+    /// Shrinks the radii that follow a common schedule.
+    fn shrink_together(&mut self) {
+        let Settings { policy, alpha, .. } = self.settings;
+        if let Some(ratio) = policy.common_ratio(alpha, self.passes) {
+            self.states.shrink(ratio);
+            self.tree.refit(|position| self.states.get(position).radius() as f32);
+        }
     }
 
     /// Ends the batch of passes that the estimates of the error count by, if it is long enough.
@@ -187,9 +204,9 @@ impl<'s> Render<'s> {
         &self.hit_points
     }
 
-    /// The progressive statistics, one for each hit point.
-    pub fn states(&self) -> &[GatherState] {
-        &self.states
+    /// The progressive statistics of the hit points, in their order.
+    pub fn states(&self) -> impl ExactSizeIterator<Item = GatherState> {
+        (0..self.states.len()).map(|position| self.states.get(position))
     }
 
     /// The tree over the hit points' spheres.
@@ -202,10 +219,15 @@ impl<'s> Render<'s> {
         &self.facets
     }
 
+    /// Heap memory of the statistics alone, in bytes.
+    pub fn states_bytes(&self) -> usize {
+        self.states.memory_bytes()
+    }
+
     /// Heap memory of hit points, statistics, tree, direct light and photons, in bytes.
     pub fn memory_bytes(&self) -> usize {
         size_of_val(&*self.hit_points)
-            + size_of_val(&*self.states)
+            + self.states.memory_bytes()
             + self.pixel_lists.memory_bytes()
             + self.batches.as_ref().map_or(0, BatchMeans::memory_bytes)
             + self.facets.memory_bytes()

@@ -1,3 +1,4 @@
+use super::{Precision, RadiusPolicy};
 use crate::bsdf::DiffuseSampling;
 use crate::scene::RenderDesc;
 
@@ -14,6 +15,10 @@ pub struct Settings {
     pub alpha: f64,
     /// Initial radius in scene units; `None` lets the eye pass find one.
     pub radius: Option<f64>,
+    /// How radii shrink.
+    pub policy: RadiusPolicy,
+    /// How precisely hit points keep their statistics.
+    pub precision: Precision,
     /// How photons bounce off diffuse surfaces.
     pub sampling: DiffuseSampling,
     /// Key of all random numbers.
@@ -25,7 +30,8 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// The settings that a scene asks for, with cosine-weighted bounces, seed 0 and no estimates of the error.
+    /// The settings that a scene asks for, with radii shrunk by hit point, statistics in f64, cosine-weighted bounces, seed 0 and no estimates of the
+    /// error.
     pub fn of_scene(render: &RenderDesc) -> Settings {
         Settings {
             samples: render.samples,
@@ -33,24 +39,12 @@ impl Settings {
             photons: render.photons,
             alpha: render.alpha,
             radius: render.radius,
+            policy: RadiusPolicy::HitPoint,
+            precision: Precision::Double,
             sampling: DiffuseSampling::Cosine,
             seed: 0,
             eye_seed: None,
             error_estimates: false,
         }
-    }
-
-    /// `s` in `error ~ passes^-s` as passes go to infinity: noise falls as `i^(-α/2)`, bias as `i^(α - 1)`, and the slower
-    /// of the two decides. 0 where radii do not shrink.
-    ///
-    /// # Source
-    /// Knaus and Zwicker, "Progressive Photon Mapping: A Probabilistic Approach", ACM Transactions on Graphics 30(3), 2011.
-    pub fn asymptotic_exponent(&self) -> f64 {
-        (0.5 * self.alpha).min(1.0 - self.alpha)
-    }
-
-    /// The mean of `R²` over many passes, in units of the last: `1 / α`, since `R²` falls as `i^(α - 1)`.
-    pub(super) fn mean_radius2(&self) -> f64 {
-        self.alpha.recip()
     }
 }

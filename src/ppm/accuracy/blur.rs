@@ -77,7 +77,7 @@ impl BlurEstimator<'_> {
             p: hit_point.receiver.p,
             ng: hit_point.receiver.ng,
             footprint: hit_point.footprint,
-            radius2: self.render.states[heaviest].radius2,
+            radius2: self.render.states.get(heaviest).radius2,
         })
     }
 

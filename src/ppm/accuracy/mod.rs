@@ -94,7 +94,7 @@ impl<'a> Accuracy<'a> {
                 render,
                 batches,
                 width: render.scene.film().width as usize,
-                mean_radius2: render.settings.mean_radius2(),
+                mean_radius2: render.settings.policy.mean_radius2(render.settings.alpha),
             },
             quantile: ErrorQuantile::new(confidence, degrees_of_freedom),
             confidence,
@@ -172,7 +172,7 @@ impl<'a> Accuracy<'a> {
 
     fn photons(&self, pixel: usize) -> f64 {
         let seen = self.render.pixel_lists.of(pixel).iter();
-        seen.map(|seen| self.render.states[seen.position as usize].photons).sum()
+        seen.map(|seen| self.render.states.get(seen.position as usize).photons).sum()
     }
 
     /// A pixel without a hit point sees no photons, nor does it wait for any.

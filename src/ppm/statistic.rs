@@ -1,0 +1,180 @@
+use rayon::prelude::*;
+
+use super::evenness::{PartSums, TestedState};
+use super::{GatherState, PassSum, RadiusPolicy};
+use crate::math::DVec3;
+
+/// How precisely the statistics of hit points are kept.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Precision {
+    /// In f64, 40 bytes a hit point.
+    #[default]
+    Double,
+    /// In f32, 20 bytes a hit point: to see what that costs in accuracy. Hit points that test their light stay in f64.
+    Single,
+}
+
+/// What a hit point keeps from pass to pass.
+pub(super) trait Statistic: Copy + Send + Sync {
+    /// Whether it wants to know where in the disc photons lie.
+    const WANTS_PARTS: bool;
+
+    fn new(radius: f64) -> Self;
+
+    fn state(&self) -> GatherState;
+
+    /// Closes a pass that brought photons.
+    fn after_pass(&mut self, pass: &PassSum, parts: &PartSums, alpha: f64);
+
+    /// Scales `R²`, and what was gathered with it.
+    fn shrink(&mut self, ratio: f64);
+}
+
+impl Statistic for GatherState {
+    const WANTS_PARTS: bool = false;
+
+    fn new(radius: f64) -> GatherState {
+        GatherState::new(radius)
+    }
+
+    #[inline]
+    fn state(&self) -> GatherState {
+        *self
+    }
+
+    #[inline]
+    fn after_pass(&mut self, pass: &PassSum, _: &PartSums, alpha: f64) {
+        GatherState::after_pass(self, pass, alpha);
+    }
+
+    fn shrink(&mut self, ratio: f64) {
+        GatherState::shrink(self, ratio);
+    }
+}
+
+impl Statistic for TestedState {
+    const WANTS_PARTS: bool = true;
+
+    fn new(radius: f64) -> TestedState {
+        TestedState::new(radius)
+    }
+
+    fn state(&self) -> GatherState {
+        self.state
+    }
+
+    fn after_pass(&mut self, pass: &PassSum, parts: &PartSums, alpha: f64) {
+        TestedState::after_pass(self, pass, parts, alpha);
+    }
+
+    fn shrink(&mut self, ratio: f64) {
+        self.state.shrink(ratio);
+    }
+}
+
+/// [`GatherState`] in f32.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct SingleState {
+    radius2: f32,
+    photons: f32,
+    flux: [f32; 3],
+}
+
+impl SingleState {
+    fn update(&mut self, update: impl FnOnce(&mut GatherState)) {
+        let mut state = self.state();
+        update(&mut state);
+        *self = SingleState {
+            radius2: state.radius2 as f32,
+            photons: state.photons as f32,
+            flux: state.flux.as_vec3().to_array(),
+        };
+    }
+}
+
+impl Statistic for SingleState {
+    const WANTS_PARTS: bool = false;
+
+    fn new(radius: f64) -> SingleState {
+        SingleState { radius2: (radius * radius) as f32, photons: 0.0, flux: [0.0; 3] }
+    }
+
+    fn state(&self) -> GatherState {
+        GatherState {
+            radius2: self.radius2.into(),
+            photons: self.photons.into(),
+            flux: DVec3::from_array(self.flux.map(f64::from)),
+        }
+    }
+
+    #[inline]
+    fn after_pass(&mut self, pass: &PassSum, _: &PartSums, alpha: f64) {
+        self.update(|state| state.after_pass(pass, alpha));
+    }
+
+    fn shrink(&mut self, ratio: f64) {
+        self.update(|state| state.shrink(ratio));
+    }
+}
+
+/// The statistics of all hit points, in the order of the tree.
+#[derive(Clone, Debug)]
+pub(super) enum Statistics {
+    Double(Vec<GatherState>),
+    Single(Vec<SingleState>),
+    Tested(Vec<TestedState>),
+}
+
+impl Statistics {
+    pub(super) fn new(
+        hit_points: usize,
+        radius: f64,
+        policy: RadiusPolicy,
+        precision: Precision,
+    ) -> Statistics {
+        match (policy, precision) {
+            (RadiusPolicy::Tested, _) => Statistics::Tested(vec![TestedState::new(radius); hit_points]),
+            (_, Precision::Double) => Statistics::Double(vec![GatherState::new(radius); hit_points]),
+            (_, Precision::Single) => Statistics::Single(vec![Statistic::new(radius); hit_points]),
+        }
+    }
+
+    /// The state of the hit point at a position.
+    pub(super) fn get(&self, position: usize) -> GatherState {
+        match self {
+            Statistics::Double(states) => states[position],
+            Statistics::Single(states) => states[position].state(),
+            Statistics::Tested(states) => states[position].state,
+        }
+    }
+
+    pub(super) fn len(&self) -> usize {
+        match self {
+            Statistics::Double(states) => states.len(),
+            Statistics::Single(states) => states.len(),
+            Statistics::Tested(states) => states.len(),
+        }
+    }
+
+    /// Scales `R²` of all by the same ratio.
+    pub(super) fn shrink(&mut self, ratio: f64) {
+        match self {
+            Statistics::Double(states) => shrink_all(states, ratio),
+            Statistics::Single(states) => shrink_all(states, ratio),
+            Statistics::Tested(states) => shrink_all(states, ratio),
+        }
+    }
+
+    /// Heap memory, in bytes.
+    pub(super) fn memory_bytes(&self) -> usize {
+        match self {
+            Statistics::Double(states) => size_of_val(&**states),
+            Statistics::Single(states) => size_of_val(&**states),
+            Statistics::Tested(states) => size_of_val(&**states),
+        }
+    }
+}
+
+fn shrink_all(states: &mut [impl Statistic], ratio: f64) {
+    states.par_iter_mut().for_each(|state| state.shrink(ratio));
+}
