@@ -5,7 +5,7 @@ use caustica::bsdf::{Bsdf, DiffuseSampling};
 use caustica::film::Image;
 use caustica::math::{DVec3, Rgb, Vec3};
 use caustica::ppm::{Ledger, Render, Settings};
-use caustica::reference::PathTracer;
+use caustica::reference::{Estimator, Method};
 use caustica::scene::{CameraDesc, FilmDesc, Material, Mesh, RenderDesc, Scene, SceneDesc, SphereDesc};
 
 /// The cube from -1 to 1 with its faces turned inward.
@@ -75,9 +75,13 @@ fn photon_mapped(scene: &Scene, sampling: DiffuseSampling) -> Image {
 const MAX_RAYS_PER_LEAK: u64 = 100_000;
 
 fn path_traced(scene: &Scene, samples: u32) -> Image {
-    let mut tracer = PathTracer::new(scene, 0);
-    (0..samples).for_each(|_| tracer.add_sample());
-    tracer.picture()
+    estimated(scene, Method::Path, samples)
+}
+
+fn estimated(scene: &Scene, method: Method, samples: u32) -> Image {
+    let mut estimator = Estimator::new(scene, method, 0);
+    (0..samples).for_each(|_| estimator.add_sample());
+    estimator.picture()
 }
 
 fn assert_mean(what: &str, image: &Image, expected: Rgb, tolerance: f64) {
@@ -94,6 +98,7 @@ fn empty_furnace() {
     let expected = 1.0 / (1.0 - albedo);
     let scene = furnace(albedo, vec![], BLACK_BALL);
     assert_mean("path tracing", &path_traced(&scene, 4000), expected, 0.005);
+    assert_mean("light tracing", &estimated(&scene, Method::Light, 4000), expected, 0.005);
     for sampling in [DiffuseSampling::Cosine, DiffuseSampling::Uniform] {
         let image = photon_mapped(&scene, sampling);
         assert_mean(&format!("photons, {sampling:?}"), &image, expected, 0.01);

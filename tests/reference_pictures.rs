@@ -1,4 +1,4 @@
-//! Both renderers against pictures that an independent one made, with their standard errors.
+//! All methods against pictures that an independent one made, with their standard errors.
 //!
 //! The pictures are not part of the project; where they are absent the tests say so and pass.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a panic is how a test fails")]
@@ -7,11 +7,14 @@ mod common;
 
 use caustica::compare::{BlockCriterion, BlockReport, Estimate, block_means, share_within};
 use caustica::film::Image;
-use caustica::math::{DVec3, Vec2, Vec3};
+use caustica::math::{Vec2, Vec3};
 use caustica::output::read_exr;
 use caustica::ppm::Settings;
 use caustica::scene::Scene;
-use common::{comparison_picture, path_traced, photon_mapped, scene, settings};
+use common::{
+    block_estimate, blocks_seen_diffuse, comparison_picture, light_traced, path_traced, photon_mapped, scene,
+    settings,
+};
 
 /// A picture of another renderer and its standard error.
 struct Reference {
@@ -64,27 +67,13 @@ fn away_from_edges(scene: &Scene) -> Vec<bool> {
     mask
 }
 
+const RENDERS: u64 = 16;
+
 /// The mean of every block and its standard error, over independent renders of other seeds.
-///
-/// Errors of neighbouring pixels are correlated, since they share photons: only whole blocks of whole renders are
-/// independent samples.
-fn block_estimate(scene: &Scene, settings: Settings) -> (Image, Image) {
+fn photon_mapped_blocks(scene: &Scene, settings: Settings) -> (Image, Image) {
     const PASSES: u32 = 2;
-    let renders: Vec<Image> = (0..RENDERS)
-        .map(|seed| photon_mapped(scene, Settings { seed, ..settings }, PASSES))
-        .map(|image| block_means(&image, BLOCK))
-        .collect();
-    let n = RENDERS as f64;
-    let over = |value: &dyn Fn(usize) -> DVec3| {
-        let pixels = (0..renders[0].pixels().len()).map(|i| value(i).as_vec3()).collect();
-        Image::from_pixels(renders[0].width(), renders[0].height(), pixels).unwrap()
-    };
-    let mean = |i: usize| renders.iter().map(|r| r.pixels()[i].as_dvec3()).sum::<DVec3>() / n;
-    let stderr = |i: usize| {
-        let squares = renders.iter().map(|r| (r.pixels()[i].as_dvec3() - mean(i)).powf(2.0));
-        (squares.sum::<DVec3>() / (n * (n - 1.0))).map(f64::sqrt)
-    };
-    (over(&mean), over(&stderr))
+    let render = |seed| photon_mapped(scene, Settings { seed, ..settings }, PASSES);
+    block_estimate(&(0..RENDERS).map(render).collect::<Vec<_>>(), BLOCK)
 }
 
 /// The reference's blocks: its pixels are independent samples.
@@ -96,15 +85,13 @@ fn reference_blocks(reference: &Reference) -> (Image, Image) {
     (block_means(&reference.mean, BLOCK), stderr)
 }
 
-const RENDERS: u64 = 16;
-
 /// Half a percent in every block away from edges, beyond four combined standard errors.
 fn assert_blocks_agree(scene: &Scene, settings: Settings, reference: &Reference) {
     let pixels = away_from_edges(scene);
     let (width, blocks) = (scene.film().width as usize, scene.film().width as usize / BLOCK);
     let mask: Vec<bool> =
         (0..blocks * blocks).map(|b| pixels[b / blocks * BLOCK * width + b % blocks * BLOCK]).collect();
-    let (ours, theirs) = (block_estimate(scene, settings), reference_blocks(reference));
+    let (ours, theirs) = (photon_mapped_blocks(scene, settings), reference_blocks(reference));
     let criterion = BlockCriterion { block: 1, mask: Some(&mask), ..BlockCriterion::new(0.005, 4.0) };
     let report = BlockReport::between(
         Estimate { mean: &ours.0, stderr: Some(&ours.1) },
@@ -162,4 +149,30 @@ fn path_tracing_of_the_diffuse_box() {
     let ours = Estimate { mean: &image, stderr: Some(&stderr) };
     let share = share_within(ours, reference.estimate(), 3.0).unwrap();
     assert!(share > 0.99, "{share} of the pixels are within three standard errors");
+}
+
+/// Block by block: both standard errors must explain the difference where light tracing finds everything.
+fn assert_light_traced_blocks(scene: &Scene, reference: &Reference, blocks: usize) {
+    let mask = blocks_seen_diffuse(scene, BLOCK);
+    let (image, stderr) = light_traced(scene, 48);
+    let ours = Estimate { mean: &image, stderr: Some(&stderr) };
+    let criterion = BlockCriterion { mask: Some(&mask), ..BlockCriterion::new(0.001, 4.0) };
+    let report = BlockReport::between(ours, reference.estimate(), &criterion).unwrap();
+    eprintln!("{report:?}");
+    assert!(report.n_blocks >= blocks, "{report:?}");
+    assert_eq!(report.n_within, report.n_blocks, "{report:?}");
+}
+
+/// Catches a wrong cosine, pixel area or number of paths.
+#[test]
+fn light_tracing_of_the_diffuse_box() {
+    let Some(reference) = Reference::load("cornell_a_ref") else { return };
+    assert_light_traced_blocks(&scene("cornell_a.toml"), &reference, 240);
+}
+
+/// Soft shadows and the caustic, but neither the balls nor the lamp.
+#[test]
+fn light_tracing_of_mirror_glass_and_area_light() {
+    let Some(reference) = Reference::load("cornell_b_ptracer_ref") else { return };
+    assert_light_traced_blocks(&scene("cornell_b.toml"), &reference, 180);
 }

@@ -5,31 +5,35 @@ use super::pictures::{PicturePath, default_output};
 use super::progress::{Budget, Progress};
 use super::{load, use_threads};
 use crate::output::{Display, Metadata, Value};
-use crate::reference::PathTracer;
+use crate::reference::{Estimator, Method, share_seen_specular};
 use crate::scene::{Scene, Traversal};
 
-/// Renders a scene by path tracing, with the standard error of every pixel beside it.
+/// Renders a scene by path or light tracing, with the standard error of every pixel beside it.
 pub fn run(args: &ReferenceArgs) -> Result<Outcome, CliError> {
     use_threads(args.run.threads)?;
+    let method = Method::from(args.method);
     let desc = load(&args.scene)?;
-    let output = args.output.clone().unwrap_or_else(|| default_output(&desc.name, "_reference"));
+    let output = args.output.clone().unwrap_or_else(|| default_output(&desc.name, suffix(method)));
     let picture = PicturePath::new(&output)?;
     let error = picture.with_suffix("_stderr")?;
     let scene = Scene::with_traversal(desc, args.run.traversal.into())?;
+    if method == Method::Light {
+        tell_what_is_missing(&scene);
+    }
     let interrupt = Interrupt::listen();
     let progress = Progress::start("sample", Budget { steps: Some(args.spp), seconds: args.run.time });
-    let mut tracer = PathTracer::new(&scene, args.run.seed);
-    while !progress.is_over(tracer.samples()) && !interrupt.is_asked() {
-        tracer.add_sample();
+    let mut estimator = Estimator::new(&scene, method, args.run.seed);
+    while !progress.is_over(estimator.samples()) && !interrupt.is_asked() {
+        estimator.add_sample();
         progress.step(String::new());
     }
     progress.finish();
-    let metadata = metadata(args, &tracer, progress.seconds());
-    picture.write(&tracer.picture(), &metadata, &Display::from(&args.run.display))?;
-    error.write_exr(&tracer.standard_error(), &metadata)?;
+    let metadata = metadata(args, &estimator, progress.seconds());
+    picture.write(&estimator.picture(), &metadata, &Display::from(&args.run.display))?;
+    error.write_exr(&estimator.standard_error(), &metadata)?;
     eprintln!(
         "{} samples a pixel in {:.1} s: {}, {} and {}",
-        tracer.samples(),
+        estimator.samples(),
         progress.seconds(),
         picture.exr().display(),
         picture.png().display(),
@@ -38,12 +42,36 @@ pub fn run(args: &ReferenceArgs) -> Result<Outcome, CliError> {
     Ok(if interrupt.is_asked() { Outcome::Interrupted } else { Outcome::Done })
 }
 
-fn metadata(args: &ReferenceArgs, tracer: &PathTracer, seconds: f64) -> Metadata {
+fn suffix(method: Method) -> &'static str {
+    match method {
+        Method::Path => "_reference",
+        Method::Light => "_reference_light",
+    }
+}
+
+fn name(method: Method) -> &'static str {
+    match method {
+        Method::Path => "path tracing",
+        Method::Light => "light tracing",
+    }
+}
+
+fn tell_what_is_missing(scene: &Scene) {
+    let share = share_seen_specular(scene);
+    if share > 0.0 {
+        eprintln!(
+            "note: {:.1} % of the pixels show surfaces that mirror or refract; light tracing misses what is seen in them",
+            100.0 * share
+        );
+    }
+}
+
+fn metadata(args: &ReferenceArgs, estimator: &Estimator, seconds: f64) -> Metadata {
     let metadata = Metadata::new()
         .with("caustica:version", Value::Text(env!("CARGO_PKG_VERSION").into()))
-        .with("caustica:method", Value::Text("path tracing".into()))
+        .with("caustica:method", Value::Text(name(args.method.into()).into()))
         .with("caustica:scene", Value::Text(args.scene.display().to_string()))
-        .with("caustica:spp", Value::Integer(tracer.samples().into()))
+        .with("caustica:spp", Value::Integer(estimator.samples().into()))
         .with("caustica:traversal", Value::Text(Traversal::from(args.run.traversal).to_string()))
         .with("caustica:seed", Value::Text(args.run.seed.to_string()));
     if args.run.reproducible { metadata } else { metadata.with("caustica:seconds", Value::Double(seconds)) }

@@ -14,6 +14,10 @@ pub enum Stream {
     PathTracer,
     /// Anything that a test draws.
     Test,
+    /// Paths of the reference light tracer.
+    LightTracer,
+    /// The light tracer's eye rays, which find the lamps that the camera sees.
+    SeenLamps,
 }
 
 /// A counter-based generator: number `dimension` of `(seed, stream, pass, index)` is a pure function of these five.

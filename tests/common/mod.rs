@@ -4,9 +4,12 @@
 use std::path::{Path, PathBuf};
 use std::sync::Once;
 
+use caustica::bsdf::Transport;
+use caustica::compare::block_means;
 use caustica::film::Image;
+use caustica::math::{DVec3, Rgb, Vec2};
 use caustica::ppm::{Render, Settings};
-use caustica::reference::PathTracer;
+use caustica::reference::{Estimator, Method};
 use caustica::scene::{self, Scene, SceneDesc};
 
 pub fn data(name: &str) -> PathBuf {
@@ -54,11 +57,60 @@ pub fn photon_mapped(scene: &Scene, settings: Settings, passes: u32) -> Image {
     render.picture()
 }
 
-/// The picture and its standard error.
+/// The mean of every block of pixels and its standard error, over independent renders.
+///
+/// Errors of neighbouring pixels are correlated where they share photons or paths: only whole blocks of whole renders
+/// are independent samples.
+pub fn block_estimate(renders: &[Image], block: usize) -> (Image, Image) {
+    let renders: Vec<Image> = renders.iter().map(|image| block_means(image, block)).collect();
+    let n = renders.len() as f64;
+    let over = |value: &dyn Fn(usize) -> DVec3| {
+        let pixels = (0..renders[0].pixels().len()).map(|i| value(i).as_vec3()).collect();
+        Image::from_pixels(renders[0].width(), renders[0].height(), pixels).unwrap()
+    };
+    let mean = |i: usize| renders.iter().map(|r| r.pixels()[i].as_dvec3()).sum::<DVec3>() / n;
+    let stderr = |i: usize| {
+        let squares = renders.iter().map(|r| (r.pixels()[i].as_dvec3() - mean(i)).powf(2.0));
+        (squares.sum::<DVec3>() / (n * (n - 1.0))).map(f64::sqrt)
+    };
+    (over(&mean), over(&stderr))
+}
+
+/// True for the pixels of blocks in which, a pixel beyond the blocks included, only dark diffuse surfaces are seen: there
+/// light tracing finds everything.
+pub fn blocks_seen_diffuse(scene: &Scene, block: usize) -> Vec<bool> {
+    let (width, height) = (scene.film().width as usize, scene.film().height as usize);
+    let with_margin = |k: usize| (k / block * block).saturating_sub(1)..k / block * block + block + 1;
+    let only_diffuse = |k: usize| {
+        let (xs, ys) = (with_margin(k % width), with_margin(k / width));
+        ys.into_iter()
+            .all(|y| xs.clone().all(|x| is_seen_diffuse(scene, Vec2::new(x as f32, y as f32) + 0.5)))
+    };
+    (0..width * height).map(only_diffuse).collect()
+}
+
+fn is_seen_diffuse(scene: &Scene, raster: Vec2) -> bool {
+    scene.intersect(&scene.camera().ray(raster)).is_none_or(|hit| {
+        let scattering = scene.scatter(&hit, Transport::Camera);
+        scattering.specular().next().is_none() && scene.emission(&hit) == Rgb::ZERO
+    })
+}
+
+/// The path traced picture and its standard error.
 pub fn path_traced(scene: &Scene, samples: u32) -> (Image, Image) {
-    let mut tracer = PathTracer::new(scene, 0);
-    (0..samples).for_each(|_| tracer.add_sample());
-    (tracer.picture(), tracer.standard_error())
+    estimated(scene, Method::Path, samples, 0)
+}
+
+/// The light traced picture and its standard error.
+pub fn light_traced(scene: &Scene, samples: u32) -> (Image, Image) {
+    estimated(scene, Method::Light, samples, 0)
+}
+
+/// The picture and its standard error.
+pub fn estimated(scene: &Scene, method: Method, samples: u32, seed: u64) -> (Image, Image) {
+    let mut estimator = Estimator::new(scene, method, seed);
+    (0..samples).for_each(|_| estimator.add_sample());
+    (estimator.picture(), estimator.standard_error())
 }
 
 /// A file of the comparison pictures, which stand beside a checkout where they are to be had at all.

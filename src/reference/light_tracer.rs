@@ -1,0 +1,133 @@
+use std::f32::consts::PI;
+
+use rayon::prelude::*;
+
+use super::path_tracer::random_position;
+use crate::bsdf::{Choice, DiffuseSampling, Event, Scattering, Transport, sample_diffuse};
+use crate::math::{DVec3, Frame, Ray, Rgb, Rng, Stream, Vec2, Vec3};
+use crate::scene::{Scene, SurfaceHit};
+
+/// Longer paths than this are cut; with an albedo of .9 one in 10⁴⁵ is.
+const MAX_SEGMENTS: u32 = 1000;
+
+/// Paths that one task follows; fixed, so that the order in which splats are summed is.
+const CHUNK: usize = 1024;
+
+/// Paths whose splats are in memory at a time, in whole chunks.
+const ROUND: usize = 256 * CHUNK;
+
+/// What a path adds to a pixel.
+#[derive(Clone, Copy, Debug)]
+struct Splat {
+    pixel: usize,
+    radiance: Rgb,
+}
+
+/// Sample number `sample` of every pixel: as many light paths as there are pixels.
+///
+/// Path `i` draws from the generator keyed by (seed, sample, i), and splats are summed in the order of the paths.
+pub fn splat(scene: &Scene, seed: u64, sample: u32) -> Vec<DVec3> {
+    let paths = pixels(scene);
+    let mut sums = vec![DVec3::ZERO; paths];
+    for round in (0..paths).step_by(ROUND) {
+        let end = (round + ROUND).min(paths);
+        let starts: Vec<usize> = (round..end).step_by(CHUNK).collect();
+        let follow = |start: usize| splats_of(scene, seed, sample, start..(start + CHUNK).min(end));
+        let chunks: Vec<Vec<Splat>> = starts.into_par_iter().map(follow).collect();
+        for splat in chunks.iter().flatten() {
+            sums[splat.pixel] += splat.radiance.as_dvec3();
+        }
+    }
+    sums.iter_mut().for_each(|sum| *sum /= paths as f64);
+    sums
+}
+
+fn pixels(scene: &Scene) -> usize {
+    scene.film().width as usize * scene.film().height as usize
+}
+
+fn splats_of(scene: &Scene, seed: u64, sample: u32, paths: std::ops::Range<usize>) -> Vec<Splat> {
+    let mut splats = Vec::new();
+    for path in paths {
+        let rng = Rng::new(seed, Stream::LightTracer, sample, path as u64);
+        follow(scene, rng, &mut splats);
+    }
+    splats
+}
+
+/// One path from the lights to its end.
+fn follow(scene: &Scene, mut rng: Rng, splats: &mut Vec<Splat>) {
+    let Some(emission) = scene.lights().sample_emission(&mut rng) else { return };
+    let mut path = LightPath { ray: Ray::new(emission.origin, emission.dir), power: emission.power };
+    for _ in 0..MAX_SEGMENTS {
+        let Some(hit) = scene.intersect(&path.ray) else { return };
+        let scattering = scene.scatter(&hit, Transport::Power);
+        splats.extend(path.connected(scene, &hit, &scattering));
+        let Some(choice) = scattering.choose(rng.next_f32()) else { return };
+        match path.scattered(choice, &hit, &mut rng) {
+            Some(next) if next.power.max_element() > 0.0 => path = next,
+            _ => return,
+        }
+    }
+}
+
+struct LightPath {
+    ray: Ray,
+    /// Emitted flux over the density of the path (W).
+    power: Rgb,
+}
+
+impl LightPath {
+    /// What the camera sees of the diffuse bounce at `hit`; `None` where it does not see the surface, or the surface not
+    /// the path.
+    fn connected(&self, scene: &Scene, hit: &SurfaceHit, scattering: &Scattering) -> Option<Splat> {
+        let seen = scene.camera().project(hit.p).filter(|_| scattering.albedo != Rgb::ZERO)?;
+        // The sides are those of any diffuse bounce, so that no light leaks through the surface.
+        let origin = hit.continue_along(Event::Diffuse, seen.to_camera)?.origin;
+        let cos = hit.ng.dot(seen.to_camera).abs();
+        let correction = hit.adjoint_correction(Event::Diffuse, seen.to_camera);
+        let radiance = self.power * scattering.albedo / PI * (correction * cos * seen.pixels_per_area);
+        let sight = Ray { origin, dir: scene.camera().position() - origin, t_max: 1.0 };
+        let visible = radiance.max_element() > 0.0 && !scene.occluded(&sight);
+        visible.then(|| Splat { pixel: pixel_at(scene, seen.raster), radiance })
+    }
+
+    fn scattered(&self, choice: Choice, hit: &SurfaceHit, rng: &mut Rng) -> Option<LightPath> {
+        let (event, dir, factor) = match choice {
+            Choice::Specular { event, wi, factor } => (event, hit.frame().to_world(wi), factor),
+            Choice::Diffuse { factor } => {
+                // Around the true normal, as the correction for shading normals asks.
+                let (wi, _) = sample_diffuse(DiffuseSampling::Cosine, Vec3::Z, rng);
+                (Event::Diffuse, Frame::around(hit.receiver().ng).to_world(wi), factor)
+            }
+        };
+        let ray = hit.continue_along(event, dir)?;
+        Some(LightPath { ray, power: self.power * factor * hit.adjoint_correction(event, dir) })
+    }
+}
+
+fn pixel_at(scene: &Scene, raster: Vec2) -> usize {
+    raster.y as usize * scene.film().width as usize + raster.x as usize
+}
+
+/// Sample number `sample` of the light that pixel number `pixel` receives straight from a lamp.
+pub fn seen_emission(scene: &Scene, seed: u64, sample: u32, pixel: usize) -> Rgb {
+    if !scene.lights().any_area() {
+        return Rgb::ZERO;
+    }
+    let mut rng = Rng::new(seed, Stream::SeenLamps, sample, pixel as u64);
+    let ray = scene.camera().ray(random_position(scene, pixel, &mut rng));
+    scene.intersect(&ray).map_or(Rgb::ZERO, |hit| scene.emission(&hit))
+}
+
+/// The share of the pixels in whose middle the camera first sees a surface that mirrors or refracts: there
+/// [`super::Method::Light`] finds only what the surface itself emits and scatters diffusely.
+pub fn share_seen_specular(scene: &Scene) -> f64 {
+    let width = scene.film().width as usize;
+    let specular = |&pixel: &usize| {
+        let middle = Vec2::new((pixel % width) as f32, (pixel / width) as f32) + 0.5;
+        let hit = scene.intersect(&scene.camera().ray(middle));
+        hit.is_some_and(|hit| scene.scatter(&hit, Transport::Camera).specular().next().is_some())
+    };
+    (0..pixels(scene)).into_par_iter().filter(specular).count() as f64 / pixels(scene) as f64
+}
