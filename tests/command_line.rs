@@ -70,6 +70,33 @@ fn help_shows_examples_and_every_command() {
     assert!(text(&caustica(&["render", "--help"]).stdout).contains("Examples:"));
 }
 
+/// The methods miss different things, and light tracing says how much of the picture that is.
+#[test]
+fn reference_tells_what_light_tracing_misses() {
+    let sandbox = Sandbox::new();
+    let scene = sandbox.scene(|text| text.replacen("\"white\"", "\"glass\"", 1) + GLASS);
+    for (method, told) in [("path", false), ("light", true)] {
+        let exr = sandbox.name(&format!("{method}.exr"));
+        let output = caustica(&["reference", &scene, "--method", method, "--spp", "2", "-o", &exr]);
+        let message = text(&output.stderr);
+        assert!(output.status.success(), "{message}");
+        assert_eq!(
+            message.contains("% of the pixels show surfaces that mirror or refract"),
+            told,
+            "{message}"
+        );
+        for name in [".exr", ".png", "_stderr.exr"].map(|end| format!("{method}{end}")) {
+            assert!(sandbox.path(&name).is_file(), "{name} is missing");
+        }
+    }
+    let diffuse = sandbox.small_scene();
+    let output =
+        caustica(&["reference", &diffuse, "--method", "light", "--spp", "1", "-o", &sandbox.name("a.exr")]);
+    assert!(!text(&output.stderr).contains("pixels show"), "nothing is missing");
+}
+
+const GLASS: &str = "\n[material.glass]\ndielectric = { ior = 1.5 }\n";
+
 #[test]
 fn render_writes_all_that_was_asked_for() {
     let sandbox = Sandbox::new();

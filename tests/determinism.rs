@@ -81,22 +81,28 @@ fn photon_mapping_of_the_water_scene_does_not_depend_on_threads() {
     assert_same_bytes(folder.path(), data("course_water.toml").to_str().unwrap());
 }
 
+/// Picture and standard error by a method of reference, as files.
+fn reference(folder: &Path, scene: &str, method: &str, threads: &str) -> [Vec<u8>; 2] {
+    let name = |suffix: &str| folder.join(format!("{method}_{threads}{suffix}.exr"));
+    let output = name("");
+    #[rustfmt::skip]
+    run(&[
+        "reference", scene, "--method", method, "--spp", "8", "--threads", threads,
+        "-o", output.to_str().unwrap(), "--reproducible",
+    ]);
+    [output, name("_stderr")].map(|path| fs::read(path).unwrap())
+}
+
 #[test]
-fn path_tracing_does_not_depend_on_threads() {
+fn path_and_light_tracing_do_not_depend_on_threads() {
     let folder = tempfile::tempdir().unwrap();
     let scene = folder.path().join("scene.toml");
-    fs::write(&scene, SCENE).unwrap();
-    let [one, seven] = ["1", "7"].map(|threads| {
-        let output = folder.path().join(format!("{threads}.exr"));
-        #[rustfmt::skip]
-        run(&[
-            "reference", scene.to_str().unwrap(), "--spp", "8", "--threads", threads,
-            "-o", output.to_str().unwrap(), "--reproducible",
-        ]);
-        let error = folder.path().join(format!("{threads}_stderr.exr"));
-        (fs::read(output).unwrap(), fs::read(error).unwrap())
-    });
-    assert!(one == seven);
+    fs::write(&scene, SCENE.replace("width = 48", "width = 148")).unwrap();
+    for method in ["path", "light"] {
+        let [one, two, seven] =
+            ["1", "2", "7"].map(|threads| reference(folder.path(), scene.to_str().unwrap(), method, threads));
+        assert!(one == two && one == seven, "{method}");
+    }
 }
 
 /// Without `--reproducible` only the header's seconds differ: the pixels are the same.

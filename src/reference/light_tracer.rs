@@ -1,4 +1,5 @@
 use std::f32::consts::PI;
+use std::ops::Range;
 
 use rayon::prelude::*;
 
@@ -46,7 +47,7 @@ fn pixels(scene: &Scene) -> usize {
     scene.film().width as usize * scene.film().height as usize
 }
 
-fn splats_of(scene: &Scene, seed: u64, sample: u32, paths: std::ops::Range<usize>) -> Vec<Splat> {
+fn splats_of(scene: &Scene, seed: u64, sample: u32, paths: Range<usize>) -> Vec<Splat> {
     let mut splats = Vec::new();
     for path in paths {
         let rng = Rng::new(seed, Stream::LightTracer, sample, path as u64);
@@ -130,4 +131,30 @@ pub fn share_seen_specular(scene: &Scene) -> f64 {
         hit.is_some_and(|hit| scene.scatter(&hit, Transport::Camera).specular().next().is_some())
     };
     (0..pixels(scene)).into_par_iter().filter(specular).count() as f64 / pixels(scene) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene;
+    use std::path::Path;
+
+    /// Of so many pixels that a second round follows a part of its paths, in chunks of which the last is not full.
+    #[test]
+    fn every_path_is_followed_once_and_summed_in_order() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/cornell_b.toml");
+        let mut desc = scene::load(&path).unwrap();
+        (desc.film.width, desc.film.height) = (531, 499);
+        let scene = Scene::new(desc).unwrap();
+        let paths = pixels(&scene);
+        assert!(paths > ROUND && !(paths - ROUND).is_multiple_of(CHUNK));
+        let mut expected = vec![DVec3::ZERO; paths];
+        for splat in splats_of(&scene, 5, 3, 0..paths) {
+            expected[splat.pixel] += splat.radiance.as_dvec3();
+        }
+        expected.iter_mut().for_each(|sum| *sum /= paths as f64);
+        assert!(splat(&scene, 5, 3) == expected);
+        assert!(splat(&scene, 5, 4) != expected, "every sample has its own paths");
+        assert!(splat(&scene, 6, 3) != expected, "every seed has its own paths");
+    }
 }
