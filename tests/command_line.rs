@@ -95,6 +95,26 @@ fn reference_tells_what_light_tracing_misses() {
     assert!(!text(&output.stderr).contains("pixels show"), "nothing is missing");
 }
 
+/// Neither method overwrites the other's picture.
+#[test]
+fn reference_names_pictures_by_method() {
+    let sandbox = Sandbox::new();
+    let scene = sandbox.small_scene();
+    for (method, name) in [("path", "out/scene_reference.exr"), ("light", "out/scene_reference_light.exr")] {
+        let mut command = Command::cargo_bin("caustica").unwrap();
+        command.current_dir(sandbox.folder.path()).args([
+            "reference",
+            &scene,
+            "--method",
+            method,
+            "--spp",
+            "1",
+        ]);
+        command.assert().success();
+        assert!(sandbox.path(name).is_file(), "{name} is missing");
+    }
+}
+
 const GLASS: &str = "\n[material.glass]\ndielectric = { ior = 1.5 }\n";
 
 #[test]

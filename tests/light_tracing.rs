@@ -142,7 +142,7 @@ fn assert_within(a: &(Image, Image), b: &(Image, Image), criterion: &BlockCriter
 fn diffuse_box_as_path_traced() {
     let scene = scene_at("course_diffuse.toml", 64, 64);
     assert_eq!(share_seen_specular(&scene), 0.0);
-    assert_agree(&scene, &light_traced(&scene, 1000), &path_traced(&scene, 400));
+    assert_agree(&scene, &light_traced(&scene, 400), &path_traced(&scene, 200));
 }
 
 /// A lamp that is seen, soft shadows, caustics.
@@ -150,7 +150,7 @@ fn diffuse_box_as_path_traced() {
 fn mirror_glass_and_area_light_as_path_traced() {
     let scene = scene_at("cornell_b.toml", 64, 64);
     assert!((share_seen_specular(&scene) - 0.11).abs() < 0.02, "two balls");
-    assert_agree(&scene, &light_traced(&scene, 1000), &path_traced(&scene, 1000));
+    assert_agree(&scene, &light_traced(&scene, 400), &path_traced(&scene, 400));
 }
 
 /// A floor whose shading normals lean by 35 degrees: it is seen directly, and lights the walls.
@@ -162,7 +162,7 @@ fn shading_normals_as_path_traced() {
     desc.meshes[0].normals = Some(vec![Vec3::new(lean.sin(), lean.cos(), 0.0); 4]);
     (desc.film.width, desc.film.height) = (32, 32);
     let scene = Scene::new(desc).unwrap();
-    assert_agree(&scene, &light_traced(&scene, 4000), &path_traced(&scene, 2000));
+    assert_agree(&scene, &light_traced(&scene, 1500), &path_traced(&scene, 800));
 }
 
 /// The bright spot below the glass ball of `cornell_b.toml`, from close by: path tracing hardly finds it.
