@@ -129,7 +129,7 @@ pub enum OutputError {
         right: &'static str,
     },
     /// A file to be read cannot be opened.
-    #[error("{path}: cannot be read: {source}; name an EXR file that exists and that you may read")]
+    #[error("{path}: cannot be read: {source}; name a file that exists and that you may read")]
     Open {
         /// The path as given.
         path: PathBuf,
@@ -152,6 +152,24 @@ pub enum OutputError {
         /// The channels that exist; a semicolon parts the layers.
         channels: String,
     },
+    /// An EXR file has no layer of this name that has colour.
+    #[error("{path}: there is no layer \"{layer}\"; {layers}")]
+    NoLayer {
+        /// The path as given.
+        path: PathBuf,
+        /// The layer as given.
+        layer: String,
+        /// The layers that exist.
+        layers: String,
+    },
+    /// A file to be read is not a PNG file, or a damaged one.
+    #[error("{path}: not a readable PNG picture ({reason}); a whole PNG file is needed")]
+    NotPng {
+        /// The path as given.
+        path: PathBuf,
+        /// What the decoder says.
+        reason: String,
+    },
     /// An EXR file stores a channel at less than full resolution.
     #[error("{path}: channel {channel} is subsampled; save the picture with all channels at full resolution")]
     Subsampled {
@@ -160,7 +178,7 @@ pub enum OutputError {
         /// The first such channel.
         channel: String,
     },
-    /// An EXR file is larger than this program reads.
+    /// A picture file is larger than this program reads.
     #[error("{path}: {width}x{height} pixels are too many; at most {limit} pixels are read")]
     Oversize {
         /// The path as given.

@@ -5,8 +5,10 @@ use exr::error::Error as ExrError;
 use exr::image::read::specific_channels::ReadSpecificChannel;
 use exr::math::Vec2;
 use exr::meta::MetaData;
+use exr::meta::attribute::Text;
 use exr::meta::header::Header;
 use exr::prelude::{ReadChannels, ReadLayers, read};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// The largest number of pixels that [`read_exr`] takes in: 2²⁸, which fill 3 GiB.
@@ -22,16 +24,61 @@ pub const MAX_PIXELS: usize = 1 << 28;
 /// When the file cannot be opened, is not a flat EXR picture, has no colour or subsampled channels, or holds more than
 /// [`MAX_PIXELS`].
 pub fn read_exr(path: &Path) -> Result<Image, OutputError> {
+    read_colours(path, "", |headers| OutputError::NoColour {
+        path: path.to_path_buf(),
+        channels: list_channels(headers),
+    })
+}
+
+/// Reads a named layer of an OpenEXR picture like [`read_exr`]: the channels `LAYER.R`, `LAYER.G` and `LAYER.B`, or
+/// else `LAYER.Y`.
+///
+/// # Errors
+/// As those of [`read_exr`], and when the file has no such layer; the text then lists those that there are.
+pub fn read_exr_layer(path: &Path, layer: &str) -> Result<Image, OutputError> {
+    read_colours(path, &format!("{layer}."), |headers| OutputError::NoLayer {
+        path: path.to_path_buf(),
+        layer: layer.into(),
+        layers: list_layers(headers),
+    })
+}
+
+/// Reads the picture that `FILE.exr` or `FILE.exr:LAYER` names, by [`read_exr`] or [`read_exr_layer`].
+///
+/// A file whose own name looks like that of a layer takes precedence.
+///
+/// # Errors
+/// As those of the two.
+pub fn read_exr_named(name: &Path) -> Result<Image, OutputError> {
+    match split_layer(name) {
+        Some((path, layer)) if !name.exists() => read_exr_layer(path, layer),
+        _ => read_exr(name),
+    }
+}
+
+fn split_layer(name: &Path) -> Option<(&Path, &str)> {
+    let text = name.to_str()?;
+    let mut colons = text.match_indices(':').map(|(colon, _)| text.split_at(colon));
+    let (path, layer) = colons.find(|(path, _)| path.to_ascii_lowercase().ends_with(".exr"))?;
+    Some((Path::new(path), &layer[1..]))
+}
+
+/// Reads the first part of a file that has colours in channels whose names begin with `prefix`.
+fn read_colours(
+    path: &Path,
+    prefix: &str,
+    missing: impl Fn(&[Header]) -> OutputError,
+) -> Result<Image, OutputError> {
     let read_error = |error| read_error(path, error);
     let headers = MetaData::read_from_file(path, false).map_err(read_error)?.headers;
-    let (header, colour) =
-        headers.iter().find_map(|header| Some((header, Colour::of(header)?))).ok_or_else(|| {
-            OutputError::NoColour { path: path.to_path_buf(), channels: list_channels(&headers) }
-        })?;
+    let (header, colour) = headers
+        .iter()
+        .find_map(|header| Some((header, Colour::of(header, prefix)?)))
+        .ok_or_else(|| missing(&headers))?;
     check_readable(path, header)?;
     match colour {
-        Colour::Rgb => read_rgb(path),
-        Colour::Luminance => read_luminance(path),
+        Colour::Rgb => read_rgb(path, prefix),
+        Colour::Luminance => read_luminance(path, prefix),
     }
     .map_err(read_error)
 }
@@ -43,18 +90,25 @@ enum Colour {
 }
 
 impl Colour {
-    fn of(header: &Header) -> Option<Colour> {
+    fn of(header: &Header, prefix: &str) -> Option<Colour> {
         let has = |name: &str| {
-            header.channels.list.iter().any(|channel| channel.name.as_slice() == name.as_bytes())
+            let name = channel_name(prefix, name);
+            header.channels.list.iter().any(|channel| channel.name == name)
         };
         let rgb = ["R", "G", "B"].into_iter().all(has).then_some(Colour::Rgb);
         rgb.or_else(|| has("Y").then_some(Colour::Luminance))
     }
 }
 
-fn read_rgb(path: &Path) -> Result<Image, ExrError> {
+/// Names are UTF-8, while the decoder's own conversion takes Latin-1 alone.
+fn channel_name(prefix: &str, name: &str) -> Text {
+    Text::from_slice_unchecked(format!("{prefix}{name}").as_bytes())
+}
+
+fn read_rgb(path: &Path, prefix: &str) -> Result<Image, ExrError> {
+    let [r, g, b] = ["R", "G", "B"].map(|name| channel_name(prefix, name));
     let reader = read().no_deep_data().largest_resolution_level().specific_channels();
-    let reader = reader.required("R").required("G").required("B").collect_pixels(
+    let reader = reader.required(r).required(g).required(b).collect_pixels(
         |Vec2(width, height), _| Image::new(width, height),
         |image: &mut Image, position, (r, g, b): (f32, f32, f32)| set(image, position, Rgb::new(r, g, b)),
     );
@@ -68,9 +122,9 @@ fn read_rgb(path: &Path) -> Result<Image, ExrError> {
         .pixels)
 }
 
-fn read_luminance(path: &Path) -> Result<Image, ExrError> {
+fn read_luminance(path: &Path, prefix: &str) -> Result<Image, ExrError> {
     let reader = read().no_deep_data().largest_resolution_level().specific_channels();
-    let reader = reader.required("Y").collect_pixels(
+    let reader = reader.required(channel_name(prefix, "Y")).collect_pixels(
         |Vec2(width, height), _| Image::new(width, height),
         |image: &mut Image, position, (y,): (f32,)| set(image, position, Rgb::splat(y)),
     );
@@ -108,6 +162,20 @@ fn list_channels(headers: &[Header]) -> String {
     headers.iter().map(names).collect::<Vec<_>>().join("; ")
 }
 
+/// The layers with colours, each once, by name.
+fn list_layers(headers: &[Header]) -> String {
+    let channels = headers.iter().flat_map(|header| header.channels.list.iter());
+    let prefixes = channels.filter_map(|channel| {
+        let name = String::from_utf8_lossy(channel.name.as_slice()).into_owned();
+        Some(name.rsplit_once('.')?.0.to_owned())
+    });
+    let has_colour =
+        |layer: &&String| headers.iter().any(|header| Colour::of(header, &format!("{layer}.")).is_some());
+    let layers: BTreeSet<String> = prefixes.collect();
+    let layers: Vec<&str> = layers.iter().filter(has_colour).map(String::as_str).collect();
+    if layers.is_empty() { "it has none".into() } else { format!("it has {}", layers.join(", ")) }
+}
+
 fn read_error(path: &Path, error: ExrError) -> OutputError {
     let path: PathBuf = path.into();
     match error {
@@ -120,7 +188,7 @@ fn read_error(path: &Path, error: ExrError) -> OutputError {
 mod tests {
     use super::*;
     use crate::output::{Metadata, write_exr};
-    use exr::image::{Image as ExrImage, SpecificChannels};
+    use exr::image::{AnyChannel, AnyChannels, FlatSamples, Image as ExrImage, SpecificChannels};
     use exr::prelude::{WritableImage, f16};
     use std::fs;
     use tempfile::TempDir;
@@ -168,6 +236,44 @@ mod tests {
             text.ends_with("no layer has the channels R, G and B, or Y; the channels are: R, Z"),
             "{text}"
         );
+    }
+
+    /// Colour, a layer `stderr` of three channels, a grey layer `depth.far`, and channels that make no layer.
+    fn layered_file(path: &Path) {
+        let names = ["R", "G", "B", "stderr.R", "stderr.G", "stderr.B", "depth.far.Y", "half.R"];
+        let channel = |(index, name): (usize, &str)| {
+            AnyChannel::new(channel_name("", name), FlatSamples::F32(vec![index as f32; 12]))
+        };
+        let channels = AnyChannels::sort(names.into_iter().enumerate().map(channel).collect());
+        ExrImage::from_channels((4, 3), channels).write().to_file(path).unwrap();
+    }
+
+    #[test]
+    fn layers_are_read_by_name() {
+        let (_folder, path) = folder_and_path();
+        layered_file(&path);
+        let named = |layer: &str| read_exr_named(Path::new(&format!("{}{layer}", path.display())));
+        let pixel = |layer: &str| named(layer).unwrap().get(3, 2);
+        assert_eq!((pixel(""), pixel(":stderr")), (Rgb::new(0.0, 1.0, 2.0), Rgb::new(3.0, 4.0, 5.0)));
+        assert_eq!(pixel(":depth.far"), Rgb::splat(6.0));
+        for missing in ["bound", "half", "depth", ""] {
+            let text = named(&format!(":{missing}")).unwrap_err().to_string();
+            let right = format!("picture.exr: there is no layer \"{missing}\"; it has depth.far, stderr");
+            assert!(text.ends_with(&right), "{text}");
+        }
+        write_exr(&path, &Image::new(4, 3), &Metadata::new()).unwrap();
+        assert!(named(":stderr").unwrap_err().to_string().ends_with("\"stderr\"; it has none"));
+    }
+
+    #[test]
+    fn names_are_split_at_the_colon_behind_the_file() {
+        let split = |name: &'static str| split_layer(Path::new(name));
+        assert_eq!(split("a:b/c.EXR:d:e"), Some((Path::new("a:b/c.EXR"), "d:e")));
+        assert_eq!((split("a.exr"), split("a:b"), split("a.png:b")), (None, None, None));
+        let (folder, _) = folder_and_path();
+        let odd = folder.path().join("a.exr:b");
+        write_exr(&odd, &Image::new(2, 1), &Metadata::new()).unwrap();
+        assert_eq!(read_exr_named(&odd).unwrap(), Image::new(2, 1));
     }
 
     #[test]

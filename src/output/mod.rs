@@ -7,10 +7,12 @@ mod exr_read;
 mod exr_write;
 mod metadata;
 mod png;
+mod png_read;
 
-pub use self::png::{Display, write_png};
+pub use self::png::{Display, write_png, write_png_samples};
 pub use atomic::{check_writable, write_atomically};
 pub use error::OutputError;
-pub use exr_read::{MAX_PIXELS, read_exr};
+pub use exr_read::{MAX_PIXELS, read_exr, read_exr_layer, read_exr_named};
 pub use exr_write::{ExrLayer, LayerChannels, write_exr, write_exr_layers};
 pub use metadata::{Metadata, Value};
+pub use png_read::read_png;

@@ -69,12 +69,25 @@ impl Display {
 /// when the file cannot be written.
 pub fn write_png(path: &Path, image: &Image, display: &Display) -> Result<(), OutputError> {
     display.check(path)?;
-    let (width, height) = (image.width(), image.height());
+    let samples: Vec<[u8; 3]> = image.pixels().iter().map(|&pixel| display.encode(pixel)).collect();
+    write_png_samples(path, image.width(), image.height(), &samples)
+}
+
+/// Writes display values, row by row from the top, as an 8-bit RGB PNG file like [`write_png`].
+///
+/// # Errors
+/// When a side of the picture is 0 or too long, when there are not exactly `width · height` samples, or when the file
+/// cannot be written.
+pub fn write_png_samples(
+    path: &Path,
+    width: usize,
+    height: usize,
+    samples: &[[u8; 3]],
+) -> Result<(), OutputError> {
     if ![width, height].iter().all(|side| (1..=MAX_SIDE).contains(side)) {
         return Err(OutputError::Size { path: path.to_path_buf(), width, height, limit: MAX_SIDE });
     }
-    let samples: Vec<u8> = image.pixels().iter().flat_map(|&pixel| display.encode(pixel)).collect();
-    write_atomically(path, |out| encode_samples(out, width as u32, height as u32, &samples))
+    write_atomically(path, |out| encode_samples(out, width as u32, height as u32, samples.as_flattened()))
 }
 
 fn encode_samples(out: &mut dyn Write, width: u32, height: u32, samples: &[u8]) -> io::Result<()> {

@@ -1,0 +1,106 @@
+use super::{MAX_PIXELS, OutputError};
+use crate::film::Image;
+use crate::math::Rgb;
+use png::{ColorType, Decoder, DecodingError, Transformations};
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+/// Reads a PNG picture of any kind as its samples, from 0 to 1, without undoing any display curve; grey gives three
+/// equal channels, alpha is left out.
+///
+/// # Errors
+/// When the file cannot be opened, is not a PNG picture, or holds more than [`MAX_PIXELS`].
+pub fn read_png(path: &Path) -> Result<Image, OutputError> {
+    let file = File::open(path).map_err(|source| OutputError::Open { path: path.into(), source })?;
+    let not_png = |error: DecodingError| OutputError::NotPng { path: path.into(), reason: error.to_string() };
+    let mut decoder = Decoder::new(BufReader::new(file));
+    decoder.set_transformations(Transformations::EXPAND);
+    let mut reader = decoder.read_info().map_err(not_png)?;
+    let (width, height) = (reader.info().width as usize, reader.info().height as usize);
+    let oversize = || OutputError::Oversize { path: path.into(), width, height, limit: MAX_PIXELS };
+    if width * height > MAX_PIXELS {
+        return Err(oversize());
+    }
+    let mut bytes = vec![0; reader.output_buffer_size().ok_or_else(oversize)?];
+    let frame = reader.next_frame(&mut bytes).map_err(not_png)?;
+    let bytes_each = if frame.bit_depth == png::BitDepth::Sixteen { 2 } else { 1 };
+    let pixels = bytes[..frame.buffer_size()].chunks_exact(frame.color_type.samples() * bytes_each);
+    let pixels = pixels.map(|pixel| colour(pixel, frame.color_type, bytes_each)).collect();
+    Image::from_pixels(width, height, pixels).ok_or_else(|| OutputError::NotPng {
+        path: path.into(),
+        reason: "it has not as many pixels as it says".into(),
+    })
+}
+
+/// The colour of a pixel whose samples are big-endian integers.
+fn colour(bytes: &[u8], kind: ColorType, bytes_each: usize) -> Rgb {
+    let value = |sample: usize| match bytes[sample * bytes_each..][..bytes_each] {
+        [high, low] => f32::from(u16::from_be_bytes([high, low])) / 65535.0,
+        _ => f32::from(bytes[sample]) / 255.0,
+    };
+    match kind {
+        ColorType::Grayscale | ColorType::GrayscaleAlpha => Rgb::splat(value(0)),
+        _ => Rgb::new(value(0), value(1), value(2)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::output::{Display, write_png};
+    use png::{BitDepth, Encoder};
+    use std::fs;
+    use std::path::PathBuf;
+    use tempfile::TempDir;
+
+    fn folder_and_path() -> (TempDir, PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mask.png");
+        (folder, path)
+    }
+
+    #[test]
+    fn samples_of_every_kind_are_read() {
+        let (_folder, path) = folder_and_path();
+        let read = |kind, depth, palette: Option<&[u8]>, bytes: &[u8]| {
+            let mut encoder = Encoder::new(File::create(&path).unwrap(), 2, 1);
+            encoder.set_color(kind);
+            encoder.set_depth(depth);
+            palette.into_iter().for_each(|palette| encoder.set_palette(palette.to_vec()));
+            encoder.write_header().unwrap().write_image_data(bytes).unwrap();
+            read_png(&path).unwrap().pixels().to_vec()
+        };
+        let dots = [Rgb::ONE, Rgb::ZERO];
+        assert_eq!(read(ColorType::Grayscale, BitDepth::One, None, &[0x80]), dots);
+        assert_eq!(read(ColorType::Grayscale, BitDepth::Eight, None, &[255, 0]), dots);
+        assert_eq!(read(ColorType::GrayscaleAlpha, BitDepth::Eight, None, &[255, 0, 0, 255]), dots);
+        assert_eq!(read(ColorType::Rgba, BitDepth::Eight, None, &[255, 255, 255, 0, 0, 0, 0, 9]), dots);
+        let faint = read(ColorType::Grayscale, BitDepth::Sixteen, None, &[0, 1, 0, 0]);
+        assert_eq!(faint, [Rgb::splat(1.0 / 65535.0), Rgb::ZERO]);
+        let palette: &[u8] = &[0, 0, 0, 255, 0, 51];
+        let indexed = read(ColorType::Indexed, BitDepth::Eight, Some(palette), &[1, 0]);
+        assert_eq!(indexed, [Rgb::new(1.0, 0.0, 0.2), Rgb::ZERO]);
+    }
+
+    #[test]
+    fn our_own_pictures_come_back() {
+        let (_folder, path) = folder_and_path();
+        let image = Image::from_pixels(2, 1, vec![Rgb::X, Rgb::splat(0.2)]).unwrap();
+        write_png(&path, &image, &Display { exposure: 0.0, gamma: 1.0 }).unwrap();
+        assert_eq!(read_png(&path).unwrap(), image);
+    }
+
+    #[test]
+    fn missing_foreign_and_cut_files_are_refused() {
+        let (_folder, path) = folder_and_path();
+        assert!(matches!(read_png(&path), Err(OutputError::Open { .. })));
+        write_png(&path, &Image::new(9, 7), &Display::default()).unwrap();
+        let whole = fs::read(&path).unwrap();
+        for length in [0, 8, 40, whole.len() / 2] {
+            fs::write(&path, &whole[..length]).unwrap();
+            let text = read_png(&path).unwrap_err().to_string();
+            assert!(text.contains("mask.png: not a readable PNG picture"), "{length} bytes: {text}");
+        }
+    }
+}
