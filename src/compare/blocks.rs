@@ -1,6 +1,8 @@
 use super::{CompareError, Estimate};
 use crate::film::Image;
 use crate::math::{DVec3, Rgb};
+use serde::Serialize;
+use std::fmt;
 
 /// The share of a block's pixels that a mask must leave for the block to count.
 const MIN_COVERAGE: f64 = 0.6;
@@ -80,7 +82,7 @@ impl BlockCriterion<'_> {
 /// Left out are blocks of which the mask leaves less than 0.6, blocks whose reference has a mean below 10⁻³ in its
 /// brightest channel, and in each block the channels below 0.05 of the brightest. The standard error of a block's
 /// mean is that of independent pixels, `√(Σ se²) / n`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BlockReport {
     /// Number of blocks that count.
     pub n_blocks: usize,
@@ -91,7 +93,7 @@ pub struct BlockReport {
 }
 
 /// A block and how far it is off.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct WorstBlock {
     /// Column of its upper left pixel.
     pub x: usize,
@@ -136,6 +138,14 @@ impl BlockReport {
             self.worst =
                 Some(WorstBlock { x: block.x, y: block.y, relative_difference: difference.relative });
         }
+    }
+}
+
+impl fmt::Display for BlockReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "blocks      {} of {} agree", self.n_within, self.n_blocks)?;
+        let Some(WorstBlock { x, y, relative_difference }) = self.worst else { return Ok(()) };
+        write!(f, "; the worst, at ({x}, {y}), differs by {relative_difference:.6e}")
     }
 }
 

@@ -1,4 +1,4 @@
-use super::{CompareError, check_sizes};
+use super::{CompareError, Percentiles, Region};
 use crate::film::Image;
 use crate::math::DVec3;
 use serde::Serialize;
@@ -6,18 +6,22 @@ use std::fmt;
 
 /// What keeps the relative error finite where the reference is black (radiance squared).
 pub const REL_MSE_EPSILON: f64 = 1e-2;
+/// What keeps the symmetric relative error finite, and small, where both pictures are black (radiance).
+pub const SMAPE_EPSILON: f64 = 1e-2;
 
-/// How far a picture `a` is from a reference `b`: sums over all `n` channel values (three a pixel), in f64 and in the
-/// order of the pixels, so that equal pictures give equal digits.
+/// How far a picture `a` is from a reference `b`: sums over all `n` channel values that count (three a pixel), in f64
+/// and in the order of the pixels, so that equal pictures give equal digits.
 ///
-/// If any pixel of either picture is not finite, all numbers but the counts are NaN, and every bound is exceeded.
-/// JSON has neither NaN nor infinity; both become `null` there, and `non_finite_pixels` tells which it was.
+/// If any pixel that counts is not finite in either picture, all numbers but the counts are NaN, and every bound is
+/// exceeded. JSON has neither NaN nor infinity; both become `null` there, and `non_finite_pixels` tells which it was.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Metrics {
-    /// Pixels in a row.
+    /// Pixels in a row of what was compared.
     pub width: usize,
-    /// Number of rows.
+    /// Number of rows of what was compared.
     pub height: usize,
+    /// Number of pixels that count.
+    pub pixels: usize,
     /// Mean absolute error, `Σ |a - b| / n`.
     pub mae: f64,
     /// Mean squared error, `Σ (a - b)² / n`.
@@ -30,12 +34,21 @@ pub struct Metrics {
     /// Rousselle, Knaus and Zwicker, "Adaptive Sampling and Reconstruction using Greedy Error Minimization", ACM
     /// Transactions on Graphics 30(6), 2011; ε is this project's choice.
     pub rel_mse: f64,
+    /// Symmetric mean absolute percentage error as a share, `Σ |a - b| / (|a| + |b| + ε) / n` with ε =
+    /// [`SMAPE_EPSILON`]: from 0 to 1.
+    ///
+    /// # Source
+    /// Vogels et al., "Denoising with Kernel Prediction and Asymmetric Loss Functions", ACM Transactions on Graphics
+    /// 37(4), 2018.
+    pub smape: f64,
     /// Peak signal-to-noise ratio for a peak of 1, `-10 log₁₀ mse` (dB): infinite for identical pictures.
     pub psnr: f64,
     /// Largest absolute error of a channel.
     pub max: f64,
-    /// Column and row of the first pixel with that error, or of the first pixel that is not finite.
+    /// Column and row, in the whole picture, of the first pixel with that error, or of the first that is not finite.
     pub max_pixel: (usize, usize),
+    /// Percentiles of `|a - b|`.
+    pub percentiles: Percentiles,
     /// Mean of `a` over mean of `b` for each channel: 1 where both are 0, infinite where only `b` is.
     pub mean_ratio: [f64; 3],
     /// Mean over all channels of `a` over that of `b`.
@@ -60,9 +73,19 @@ impl Metrics {
     /// # Ok::<(), caustica::compare::CompareError>(())
     /// ```
     pub fn between(image: &Image, reference: &Image) -> Result<Metrics, CompareError> {
-        check_sizes(image, reference)?;
-        let sums = Sums::over(image, reference);
-        let metrics = sums.metrics(image.width(), image.height());
+        Metrics::within(image, reference, &Region::of(reference))
+    }
+
+    /// Measures `image` against `reference` over the pixels of a region.
+    ///
+    /// # Errors
+    /// When a picture differs in size from the region, or when the region is empty.
+    pub fn within(image: &Image, reference: &Image, region: &Region) -> Result<Metrics, CompareError> {
+        region.check(image)?;
+        region.check(reference)?;
+        let sums = Sums::over(image, reference, region);
+        let percentiles = Percentiles::of(&mut absolute_errors(image, reference, region));
+        let metrics = sums.metrics(region, percentiles);
         Ok(if sums.non_finite_pixels == 0 { metrics } else { metrics.voided() })
     }
 
@@ -73,8 +96,10 @@ impl Metrics {
             mse: nan,
             rmse: nan,
             rel_mse: nan,
+            smape: nan,
             psnr: nan,
             max: nan,
+            percentiles: Percentiles::of(&mut []),
             mean_ratio: [nan; 3],
             mean_ratio_overall: nan,
             ..self
@@ -82,23 +107,30 @@ impl Metrics {
     }
 }
 
+fn absolute_errors(image: &Image, reference: &Image, region: &Region) -> Vec<f64> {
+    let errors = |i: usize| (image.pixels()[i].as_dvec3() - reference.pixels()[i].as_dvec3()).abs();
+    region.pixels().flat_map(|pixel| errors(pixel).to_array()).collect()
+}
+
 #[derive(Default)]
 struct Sums {
     absolute: DVec3,
     squared: DVec3,
     relative: DVec3,
+    symmetric: DVec3,
     image: DVec3,
     reference: DVec3,
     max: f64,
     max_index: usize,
+    pixels: usize,
     non_finite_pixels: usize,
 }
 
 impl Sums {
-    fn over(image: &Image, reference: &Image) -> Sums {
-        let mut sums = Sums::default();
-        for (index, (a, b)) in image.pixels().iter().zip(reference.pixels()).enumerate() {
-            sums.add(index, a.as_dvec3(), b.as_dvec3());
+    fn over(image: &Image, reference: &Image, region: &Region) -> Sums {
+        let mut sums = Sums { max: -1.0, ..Sums::default() };
+        for index in region.pixels() {
+            sums.add(index, image.pixels()[index].as_dvec3(), reference.pixels()[index].as_dvec3());
         }
         sums
     }
@@ -108,8 +140,10 @@ impl Sums {
         self.absolute += difference;
         self.squared += difference * difference;
         self.relative += difference * difference / (b * b + REL_MSE_EPSILON);
+        self.symmetric += difference / (a.abs() + b.abs() + SMAPE_EPSILON);
         self.image += a;
         self.reference += b;
+        self.pixels += 1;
         if !(a.is_finite() && b.is_finite()) {
             self.note_max(index, f64::INFINITY);
             self.non_finite_pixels += 1;
@@ -124,19 +158,22 @@ impl Sums {
         }
     }
 
-    fn metrics(&self, width: usize, height: usize) -> Metrics {
-        let n = (3 * width * height) as f64;
+    fn metrics(&self, region: &Region, percentiles: Percentiles) -> Metrics {
+        let n = (3 * self.pixels) as f64;
         let mse = self.squared.element_sum() / n;
         Metrics {
-            width,
-            height,
+            width: region.crop().width,
+            height: region.crop().height,
+            pixels: self.pixels,
             mae: self.absolute.element_sum() / n,
             mse,
             rmse: mse.sqrt(),
             rel_mse: self.relative.element_sum() / n,
+            smape: self.symmetric.element_sum() / n,
             psnr: -10.0 * mse.log10(),
             max: self.max,
-            max_pixel: (self.max_index % width, self.max_index / width),
+            max_pixel: region.place(self.max_index),
+            percentiles,
             mean_ratio: [0, 1, 2].map(|channel| ratio(self.image[channel], self.reference[channel])),
             mean_ratio_overall: ratio(self.image.element_sum(), self.reference.element_sum()),
             non_finite_pixels: self.non_finite_pixels,
@@ -152,13 +189,15 @@ impl fmt::Display for Metrics {
     /// A table for the terminal, one metric a line, without a newline at its end.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let ((x, y), [r, g, b]) = (self.max_pixel, self.mean_ratio);
-        writeln!(f, "size        {} x {}", self.width, self.height)?;
+        writeln!(f, "size        {} x {}, {} pixels", self.width, self.height, self.pixels)?;
         writeln!(f, "mae         {:.6e}", self.mae)?;
         writeln!(f, "mse         {:.6e}", self.mse)?;
         writeln!(f, "rmse        {:.6e}", self.rmse)?;
         writeln!(f, "relmse      {:.6e}", self.rel_mse)?;
+        writeln!(f, "smape       {:.6e}", self.smape)?;
         writeln!(f, "psnr        {:.3} dB", self.psnr)?;
         writeln!(f, "max         {:.6e} at ({x}, {y})", self.max)?;
+        writeln!(f, "{}", self.percentiles)?;
         writeln!(f, "mean-ratio  {:.6} (R {r:.6}, G {g:.6}, B {b:.6})", self.mean_ratio_overall)?;
         write!(f, "non-finite  {} pixels", self.non_finite_pixels)
     }
@@ -167,6 +206,7 @@ impl fmt::Display for Metrics {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::compare::Crop;
     use crate::math::Rgb;
 
     fn image(pixels: &[[f32; 3]]) -> Image {
@@ -184,6 +224,9 @@ mod tests {
         close(metrics.mse, 1.25 / 6.0);
         close(metrics.rmse, (1.25f64 / 6.0).sqrt());
         close(metrics.rel_mse, (1.0 / 1.01 + 0.25 / 0.26) / 6.0);
+        close(metrics.smape, (1.0 / 3.01 + 0.5 / 0.51) / 6.0);
+        close(metrics.percentiles.p50, 0.0);
+        close(metrics.percentiles.p90, 1.0);
         close(metrics.psnr, 10.0 * (6.0f64 / 1.25).log10());
         assert_eq!((metrics.max, metrics.max_pixel), (1.0, (0, 0)));
         assert_eq!(metrics.mean_ratio, [1.0, 2.0, 0.5]);
@@ -222,10 +265,28 @@ mod tests {
             for (a, b) in [(&broken, &fine), (&fine, &broken), (&broken, &broken)] {
                 let m = Metrics::between(a, b).unwrap();
                 assert_eq!((m.non_finite_pixels, m.max_pixel), (1, (1, 0)));
-                let all = [m.mae, m.mse, m.rmse, m.rel_mse, m.psnr, m.max, m.mean_ratio_overall];
+                let all = [m.mae, m.mse, m.rmse, m.rel_mse, m.smape, m.psnr, m.max, m.mean_ratio_overall];
+                assert!(m.percentiles.p50.is_nan() && m.percentiles.p99_9.is_nan());
                 assert!(all.iter().chain(&m.mean_ratio).all(|value| value.is_nan()), "{m:?}");
             }
         }
+    }
+
+    #[test]
+    fn pixels_outside_the_region_do_not_count() {
+        let (mut a, b) = (Image::new(4, 3), Image::new(4, 3));
+        a.pixels_mut().fill(Rgb::NAN);
+        a.pixels_mut()[6] = Rgb::new(0.5, 0.0, 0.0);
+        a.pixels_mut()[10] = Rgb::ZERO;
+        let crop = Crop { x: 2, y: 1, width: 1, height: 2 };
+        let region = Region::of(&b).with_crop(crop).unwrap();
+        let metrics = Metrics::within(&a, &b, &region).unwrap();
+        assert_eq!((metrics.width, metrics.height, metrics.pixels), (1, 2, 2));
+        assert_eq!((metrics.mse, metrics.max, metrics.max_pixel), (0.25 / 6.0, 0.5, (2, 1)));
+        assert_eq!((metrics.percentiles.p50, metrics.percentiles.p99), (0.0, 0.5));
+        assert_eq!(metrics.non_finite_pixels, 0);
+        let equal = Metrics::within(&b, &b, &region).unwrap();
+        assert_eq!((equal.max, equal.max_pixel), (0.0, (2, 1)));
     }
 
     #[test]

@@ -1,16 +1,31 @@
-//! How far a picture is from another: error metrics, bounds on them, and statistics over blocks of pixels.
+//! How far a picture is from another: error metrics, bounds on them, what standard errors and predicted bounds are
+//! worth, and pictures of the error.
 
 mod blocks;
 mod bound;
+mod comparison;
+mod coverage;
+mod error_picture;
+mod flip;
+mod metric_name;
 mod metrics;
+mod percentiles;
+mod region;
 mod statistics;
-
-use crate::film::Image;
+mod z_scores;
 
 pub use blocks::{BlockCriterion, BlockReport, WorstBlock, block_means};
-pub use bound::{Bound, BoundError, MetricName};
-pub use metrics::{Metrics, REL_MSE_EPSILON};
+pub use bound::{Bound, BoundError};
+pub use comparison::{Comparison, Inputs};
+pub use coverage::{Coverage, ReferenceNoise};
+pub use error_picture::{MASKED_COLOUR, false_colour, signed_difference};
+pub use flip::{Flip, PIXELS_PER_DEGREE};
+pub use metric_name::{MetricName, UnknownMetric};
+pub use metrics::{Metrics, REL_MSE_EPSILON, SMAPE_EPSILON};
+pub use percentiles::Percentiles;
+pub use region::{Crop, CropError, Region};
 pub use statistics::{Estimate, share_within};
+pub use z_scores::ZScores;
 
 /// Why two pictures cannot be compared.
 #[derive(Debug, PartialEq, thiserror::Error)]
@@ -42,15 +57,46 @@ pub enum CompareError {
         /// Number of pixels.
         pixels: usize,
     },
+    /// A mask picture has another size than the pictures.
+    #[error(
+        "the mask has {}x{} pixels, the pictures have {}x{}; give a mask of their size",
+        mask.0, mask.1, picture.0, picture.1
+    )]
+    MaskSize {
+        /// Width and height of the mask.
+        mask: (usize, usize),
+        /// Width and height of the pictures.
+        picture: (usize, usize),
+    },
+    /// A crop reaches beyond the pictures.
+    #[error(
+        "the crop {crop} reaches beyond the pictures of {width}x{height} pixels; name a rectangle inside them"
+    )]
+    CropOutside {
+        /// The crop as given.
+        crop: Crop,
+        /// Pixels in a row.
+        width: usize,
+        /// Number of rows.
+        height: usize,
+    },
+    /// Crop and mask leave no pixel.
+    #[error("no pixel is left to compare; give a mask with a value other than 0 inside the crop")]
+    NothingLeft,
+    /// A bound names a metric that needs another input.
+    #[error("there is no {metric} to bound; it needs {}", metric.needs())]
+    NotMeasured {
+        /// The metric.
+        metric: MetricName,
+    },
 }
 
-fn check_sizes(image: &Image, reference: &Image) -> Result<(), CompareError> {
-    let size = |image: &Image| (image.width(), image.height());
-    let (width, height) = size(image);
-    if size(image) != size(reference) {
-        return Err(CompareError::SizeMismatch { image: size(image), reference: size(reference) });
+fn check_sizes(image: (usize, usize), reference: (usize, usize)) -> Result<(), CompareError> {
+    let (width, height) = image;
+    if image != reference {
+        return Err(CompareError::SizeMismatch { image, reference });
     }
-    if image.pixels().is_empty() {
+    if width == 0 || height == 0 {
         return Err(CompareError::Empty { width, height });
     }
     Ok(())

@@ -1,4 +1,4 @@
-use super::{CompareError, check_sizes};
+use super::{CompareError, Region};
 use crate::film::Image;
 use crate::math::DVec3;
 
@@ -26,8 +26,12 @@ impl<'a> Estimate<'a> {
     }
 
     pub(super) fn check_sizes(&self, other: &Image) -> Result<(), CompareError> {
-        check_sizes(self.mean, other)?;
-        self.stderr.map_or(Ok(()), |stderr| check_sizes(stderr, other))
+        self.check_region(&Region::of(other))
+    }
+
+    pub(super) fn check_region(&self, region: &Region) -> Result<(), CompareError> {
+        region.check(self.mean)?;
+        self.stderr.map_or(Ok(()), |stderr| region.check(stderr))
     }
 }
 
@@ -51,7 +55,7 @@ pub fn share_within(a: Estimate, b: Estimate, k: f64) -> Result<f64, CompareErro
     Ok(n_inside as f64 / (3 * n_pixels) as f64)
 }
 
-fn is_within(a: f64, b: f64, k: f64, stderr: f64) -> bool {
+pub(super) fn is_within(a: f64, b: f64, k: f64, stderr: f64) -> bool {
     let tolerance = if stderr == 0.0 { EXACT_TOLERANCE * a.abs().max(b.abs()) } else { k * stderr };
     (a - b).abs() <= tolerance
 }
