@@ -3,10 +3,10 @@
 // Clippy takes helpers outside `#[test]` functions for ordinary code.
 #![allow(clippy::expect_used)]
 
-use caustica::compare::Metrics;
+use caustica::compare::{Coverage, Crop, Estimate, Metrics, Region, signed_difference};
 use caustica::film::Image;
 use caustica::math::{Rgb, Rng, Stream};
-use caustica::output::{Display, Metadata, Value, read_exr, write_exr, write_png};
+use caustica::output::{Display, Metadata, Value, read_exr, read_exr_layer, read_png, write_exr, write_png};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use tempfile::TempDir;
@@ -79,6 +79,115 @@ fn idiff_agrees_on_bright_values() {
 #[test]
 fn oiiotool_agrees() {
     compare_with("oiiotool", &["--diff"], 1.0);
+}
+
+/// Two random pictures and the files that hold them.
+fn pair_on_disk(folder: &TempDir) -> [(Image, PathBuf); 2] {
+    [("a.exr", 5), ("b.exr", 6)].map(|(name, seed)| {
+        let image = random_image(seed, 1.0);
+        let path = write(folder, name, &image, &Metadata::new());
+        (image, path)
+    })
+}
+
+#[test]
+fn oiiotool_subtracts_like_the_error_picture() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let [(image, a), (reference, b)] = pair_on_disk(&folder);
+    let difference = folder.path().join("difference.exr");
+    if output_of("oiiotool", &[], &[&a, &b, "--sub".as_ref(), "-o".as_ref(), &difference]).is_none() {
+        return;
+    }
+    let ours = signed_difference(&image, &reference, &Region::of(&image)).expect("the sizes agree");
+    assert_eq!(read_exr(&difference).expect("oiiotool wrote a picture"), ours);
+}
+
+#[test]
+fn idiff_agrees_on_pictures_that_oiiotool_cut() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let pair = pair_on_disk(&folder);
+    let cut = pair.each_ref().map(|(_, path)| path.with_extension("cut.exr"));
+    for ((_, whole), cut) in pair.iter().zip(&cut) {
+        if output_of("oiiotool", &[], &[whole, "--cut".as_ref(), "30x17+11+5".as_ref(), "-o".as_ref(), cut])
+            .is_none()
+        {
+            return;
+        }
+    }
+    let Some(report) = output_of("idiff", &["-a"], &[&cut[0], &cut[1]]) else { return };
+    let [(image, _), (reference, _)] = &pair;
+    let crop = Crop { x: 11, y: 5, width: 30, height: 17 };
+    let region = Region::of(image).with_crop(crop).expect("it lies inside");
+    let metrics = Metrics::within(image, reference, &region).expect("the sizes agree");
+    assert_close(number(&report, "Mean error"), metrics.mae);
+    assert_close(number(&report, "RMS error"), metrics.rmse);
+    assert_close(number(&report, "Max error"), metrics.max);
+    let (x, y) = metrics.max_pixel;
+    assert!(report.contains(&format!("@ ({}, {}, ", x - crop.x, y - crop.y)), "({x}, {y}): {report}");
+}
+
+#[test]
+fn idiff_agrees_on_pictures_that_oiiotool_masked() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let pair = pair_on_disk(&folder);
+    let (mask, step) = (folder.path().join("mask.png"), "checker:width=9:height=5:color1=0,0,0:color2=1,1,1");
+    let pattern = ["--pattern", step, "67x41", "3", "-d", "uint16", "-o"];
+    if output_of("oiiotool", &pattern, &[&mask]).is_none() {
+        return;
+    }
+    let masked = pair.each_ref().map(|(_, path)| path.with_extension("masked.exr"));
+    for ((_, whole), masked) in pair.iter().zip(&masked) {
+        output_of(
+            "oiiotool",
+            &[],
+            &[whole, &mask, "--mul".as_ref(), "-d".as_ref(), "float".as_ref(), "-o".as_ref(), masked],
+        );
+    }
+    let Some(report) = output_of("idiff", &["-a"], &[&masked[0], &masked[1]]) else { return };
+    let [(image, _), (reference, _)] = &pair;
+    let mask = read_png(&mask).expect("oiiotool wrote a mask");
+    let region = Region::of(image).with_mask(&mask).expect("it is of their size");
+    let metrics = Metrics::within(image, reference, &region).expect("the sizes agree");
+    // To the tool the masked pixels are black in both pictures and count.
+    let share = region.len() as f64 / image.pixels().len() as f64;
+    assert!(share > 0.4 && share < 0.6, "{share}");
+    assert_close(number(&report, "Mean error"), share * metrics.mae);
+    assert_close(number(&report, "RMS error"), share.sqrt() * metrics.rmse);
+    assert_close(number(&report, "Max error"), metrics.max);
+}
+
+#[test]
+fn idiff_counts_the_pixels_beyond_a_bound() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let grey = |seed| {
+        let pixels = random_image(seed, 1.0).pixels().iter().map(|pixel| Rgb::splat(pixel.x)).collect();
+        Image::from_pixels(67, 41, pixels).expect("the lengths agree")
+    };
+    let (image, reference) = (grey(7), grey(8));
+    let a = write(&folder, "a.exr", &image, &Metadata::new());
+    let b = write(&folder, "b.exr", &reference, &Metadata::new());
+    let Some(report) = output_of("idiff", &["-a", "-fail", "0.25"], &[&a, &b]) else { return };
+    let bound = Image::from_pixels(67, 41, vec![Rgb::splat(0.25); 67 * 41]).expect("the lengths agree");
+    let coverage = Coverage::of(&bound, &image, Estimate::exact(&reference), &Region::of(&image));
+    let beyond = 1.0 - coverage.expect("the sizes agree").share;
+    let line = format!("{} pixels (", (beyond * 67.0 * 41.0).round());
+    assert!(
+        report.lines().any(|found| found.trim().starts_with(&line) && found.ends_with("over 0.25")),
+        "{line}: {report}"
+    );
+}
+
+#[test]
+fn layers_that_oiiotool_appended_are_read() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let [(image, a), (stderr, b)] = pair_on_disk(&folder);
+    let layered = folder.path().join("layered.exr");
+    let words = ["--chnames", "stderr.R,stderr.G,stderr.B", "--chappend", "-o"].map(Path::new);
+    if output_of("oiiotool", &[], &[&a, &b, words[0], words[1], words[2], words[3], &layered]).is_none() {
+        return;
+    }
+    assert_eq!(read_exr(&layered).expect("it has colours"), image);
+    assert_eq!(read_exr_layer(&layered, "stderr").expect("it has the layer"), stderr);
 }
 
 fn described_picture(folder: &TempDir) -> PathBuf {

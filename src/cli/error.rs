@@ -43,6 +43,8 @@ pub enum CliError {
     BadOutput(#[source] OutputError),
     #[error("{path}: a picture is written as EXR; name a file that ends in .exr", path = path.display())]
     NotExrName { path: PathBuf },
+    #[error("{path}: an error picture is written as {kind}; name a file that ends in .{kind}", path = path.display())]
+    ErrorPictureName { path: PathBuf, kind: &'static str },
     #[error("{0}")]
     BadImage(#[source] OutputError),
     /// Found when the work was done.
@@ -65,6 +67,7 @@ impl CliError {
             | CliError::Compare(_)
             | CliError::BadOutput(_)
             | CliError::NotExrName { .. }
+            | CliError::ErrorPictureName { .. }
             | CliError::BadImage(_) => 2,
             CliError::Write(_)
             | CliError::Statistics { .. }
