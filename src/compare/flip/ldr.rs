@@ -18,7 +18,8 @@ const BLUE_YELLOW: [(f32, f32); 2] = [(34.1, 0.04), (13.5, 0.025)];
 ///
 /// # Source
 /// Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström and Fairchild, "FLIP: A Difference Evaluator for Alternating
-/// Images", Proc. ACM Comput. Graph. Interact. Tech. 3(2), 2020; filters in separable form.
+/// Images", Proc. ACM Comput. Graph. Interact. Tech. 3(2), 2020; the filters' separable form and scale are those of the
+/// authors' C++ source.
 pub(super) struct LdrFlip {
     spaces: ColourSpaces,
     sensitivity: Vec<Vec4>,
