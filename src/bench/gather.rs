@@ -332,6 +332,7 @@ impl GatherReport {
             y_label: y_label.into(),
             scale: Scale::Logarithmic,
             series: names.into_iter().map(line).collect(),
+            guides: vec![],
         }
     }
 }

@@ -309,6 +309,7 @@ impl PassReport {
             y_label: "ms".into(),
             scale: Scale::Linear,
             series: vec![line("pass", 0), line("bare tracing of its rays", 1)],
+            guides: vec![],
         }
     }
 }

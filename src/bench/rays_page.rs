@@ -89,6 +89,7 @@ impl RayReport {
             y_label: y_label.into(),
             scale: Scale::Logarithmic,
             series,
+            guides: vec![],
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::bsdf::DiffuseSampling;
 use crate::compare::{Bound, Crop};
 use crate::ppm;
 use crate::reference;
-use crate::scene;
+use crate::scene::{self, FilmDesc};
 
 /// Progressive photon mapping on Embree 4: caustics from small lights, in mirrors, through glass, under water.
 #[derive(Debug, Parser)]
@@ -143,6 +143,9 @@ pub struct RunArgs {
     /// Who answers what rays hit
     #[arg(long, value_enum, default_value_t = Traversal::Embree)]
     pub traversal: Traversal,
+    /// Width and height of the picture in pixels [default: the scene's]
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub size: Option<FilmDesc>,
     /// Key of all random numbers
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
@@ -374,6 +377,8 @@ impl From<Method> for reference::Method {
 pub enum Traversal {
     /// Embree 4
     Embree,
+    /// Embree 4 that may let a ray slip through between adjacent triangles
+    EmbreeFast,
     /// The program's own tree of triangles and spheres
     Custom,
 }
@@ -382,6 +387,7 @@ impl From<Traversal> for scene::Traversal {
     fn from(traversal: Traversal) -> scene::Traversal {
         match traversal {
             Traversal::Embree => scene::Traversal::Embree,
+            Traversal::EmbreeFast => scene::Traversal::EmbreeFast,
             Traversal::Custom => scene::Traversal::Custom,
         }
     }
@@ -427,6 +433,14 @@ fn count_up_to(most: u64, text: &str) -> Result<u64, String> {
         n if n <= most => Ok(n),
         n => Err(format!("{n} is more than {most}")),
     }
+}
+
+/// Two sides from 1 to 16384 pixels, such as 640x480.
+fn size(text: &str) -> Result<FilmDesc, String> {
+    let side = |text: &str| text.parse().ok().filter(|side| (1..=16384).contains(side));
+    let sides = text.split_once('x').and_then(|(width, height)| Some((side(width)?, side(height)?)));
+    let (width, height) = sides.ok_or("write WIDTHxHEIGHT, such as 640x480, with sides from 1 to 16384")?;
+    Ok(FilmDesc { width, height })
 }
 
 fn threads(text: &str) -> Result<usize, String> {

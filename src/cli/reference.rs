@@ -12,7 +12,8 @@ use crate::scene::{Scene, Traversal};
 pub fn run(args: &ReferenceArgs) -> Result<Outcome, CliError> {
     use_threads(args.run.threads)?;
     let method = Method::from(args.method);
-    let desc = load(&args.scene)?;
+    let mut desc = load(&args.scene)?;
+    desc.film = args.run.size.unwrap_or(desc.film);
     let output = args.output.clone().unwrap_or_else(|| default_output(&desc.name, suffix(method)));
     let picture = PicturePath::new(&output)?;
     let error = picture.with_suffix("_stderr")?;

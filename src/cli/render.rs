@@ -11,7 +11,8 @@ use crate::scene::{Scene, SceneDesc};
 /// Renders a scene by photon mapping: passes until the budget is spent or the target reached, then the picture.
 pub fn run(args: &RenderArgs) -> Result<Outcome, CliError> {
     let threads = use_threads(args.run.threads)?;
-    let desc = load(&args.scene)?;
+    let mut desc = load(&args.scene)?;
+    desc.film = args.run.size.unwrap_or(desc.film);
     let settings = settings(args, &desc);
     let mut outputs = Outputs::check(args, &desc, threads)?;
     let budget = budget(args, &desc);

@@ -9,7 +9,7 @@ mod metadata;
 mod png;
 mod png_read;
 
-pub use self::png::{Display, write_png, write_png_samples};
+pub use self::png::{Display, encode_png, write_png, write_png_samples};
 pub use atomic::{check_writable, write_atomically};
 pub use error::OutputError;
 pub use exr_read::{MAX_PIXELS, read_exr, read_exr_layer, read_exr_named};

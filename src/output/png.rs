@@ -90,6 +90,15 @@ pub fn write_png_samples(
     write_atomically(path, |out| encode_samples(out, width as u32, height as u32, samples.as_flattened()))
 }
 
+/// Encodes a picture as [`write_png`] does, for a page that carries it inside.
+///
+/// # Errors
+/// When a side of the picture is 0 or too long, or when `out` fails.
+pub fn encode_png(out: &mut dyn Write, image: &Image, display: &Display) -> io::Result<()> {
+    let samples: Vec<u8> = image.pixels().iter().flat_map(|&pixel| display.encode(pixel)).collect();
+    encode_samples(out, image.width() as u32, image.height() as u32, &samples)
+}
+
 fn encode_samples(out: &mut dyn Write, width: u32, height: u32, samples: &[u8]) -> io::Result<()> {
     let mut encoder = png::Encoder::new(out, width, height);
     encoder.set_color(png::ColorType::Rgb);

@@ -13,7 +13,7 @@ impl Scene {
     /// # Errors
     /// Whatever the ray tracer refuses: no memory, a library of the wrong version, more than 2³² primitives.
     pub fn new(desc: SceneDesc) -> Result<Scene, EmbreeError> {
-        compile(desc, Tracer::embree)
+        compile(desc, Traversal::Embree, Tracer::embree)
     }
 
     /// Makes a description traceable by the means of choice.
@@ -21,18 +21,22 @@ impl Scene {
     /// # Errors
     /// Whatever those refuse: see [`Scene::new`]; the project's own tree has room for 2³⁰ primitives.
     pub fn with_traversal(desc: SceneDesc, traversal: Traversal) -> Result<Scene, TraversalError> {
-        compile(desc, |surfaces| Tracer::new(surfaces, traversal))
+        compile(desc, traversal, |surfaces| Tracer::new(surfaces, traversal))
     }
 }
 
-fn compile<E>(desc: SceneDesc, trace: impl FnOnce(&[Surface]) -> Result<Tracer, E>) -> Result<Scene, E> {
+fn compile<E>(
+    desc: SceneDesc,
+    traversal: Traversal,
+    trace: impl FnOnce(&[Surface]) -> Result<Tracer, E>,
+) -> Result<Scene, E> {
     let camera = camera(&desc);
     let lights = lights(&desc);
     let (materials, render, film) = (desc.materials, desc.render, desc.film);
     let surfaces = surfaces(desc.meshes, desc.spheres);
     let bounds = surfaces.iter().map(Surface::bounds).fold(Aabb::EMPTY, Aabb::union);
     let rays = trace(&surfaces)?;
-    Ok(Scene { rays, surfaces, materials, lights, camera, film, render, bounds })
+    Ok(Scene { rays, traversal, surfaces, materials, lights, camera, film, render, bounds })
 }
 
 fn camera(desc: &SceneDesc) -> Camera {

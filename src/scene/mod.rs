@@ -37,6 +37,7 @@ use crate::math::{Aabb, Ray, Rgb};
 #[derive(Debug)]
 pub struct Scene {
     rays: Tracer,
+    traversal: Traversal,
     surfaces: Vec<Surface>,
     materials: Vec<Material>,
     lights: Lights,
@@ -85,7 +86,7 @@ impl Scene {
 
     /// Who answers [`Scene::intersect`] and [`Scene::occluded`].
     pub fn traversal(&self) -> Traversal {
-        self.rays.traversal()
+        self.traversal
     }
 
     /// How far the nearest surface along `ray` is, in lengths of its direction: the bare query, without what is there.

@@ -3,7 +3,7 @@ use std::fmt;
 use super::SphereDesc;
 use super::surface::Surface;
 use crate::bvh::{self, RayBvh, RayBvhBuilder, RayBvhError};
-use crate::embree::{self, Coherence, Device, EmbreeError, PacketWidth, SceneBuilder};
+use crate::embree::{self, Coherence, Device, EmbreeError, PacketWidth, SceneBuilder, SceneOptions};
 use crate::math::Ray;
 
 /// Where a ray first meets a surface, whoever found it.
@@ -15,6 +15,8 @@ pub enum Traversal {
     /// Embree 4.
     #[default]
     Embree,
+    /// Embree 4 without the promise that no ray slips through between adjacent triangles.
+    EmbreeFast,
     /// The project's own tree, [`bvh::RayBvh`].
     Custom,
 }
@@ -23,6 +25,7 @@ impl fmt::Display for Traversal {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str(match self {
             Traversal::Embree => "embree",
+            Traversal::EmbreeFast => "embree-fast",
             Traversal::Custom => "custom",
         })
     }
@@ -61,12 +64,19 @@ impl Tracer {
     pub fn new(surfaces: &[Surface], traversal: Traversal) -> Result<Tracer, TraversalError> {
         Ok(match traversal {
             Traversal::Embree => Tracer::embree(surfaces)?,
+            Traversal::EmbreeFast => {
+                Tracer::embree_with(surfaces, SceneOptions { robust: false, ..SceneOptions::default() })?
+            }
             Traversal::Custom => Tracer::custom(surfaces)?,
         })
     }
 
     pub fn embree(surfaces: &[Surface]) -> Result<Tracer, EmbreeError> {
-        let mut builder = SceneBuilder::new(&Device::new()?)?;
+        Tracer::embree_with(surfaces, SceneOptions::default())
+    }
+
+    fn embree_with(surfaces: &[Surface], options: SceneOptions) -> Result<Tracer, EmbreeError> {
+        let mut builder = SceneBuilder::with_options(&Device::new()?, options)?;
         for surface in surfaces {
             match surface {
                 Surface::Mesh(mesh, _) => builder.add_triangles(&mesh.vertices, &mesh.triangles)?,
@@ -91,13 +101,6 @@ impl Tracer {
             };
         }
         Ok(Tracer::Custom(builder.build()))
-    }
-
-    pub fn traversal(&self) -> Traversal {
-        match self {
-            Tracer::Embree(_) => Traversal::Embree,
-            Tracer::Custom(_) => Traversal::Custom,
-        }
     }
 
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
@@ -170,7 +173,7 @@ mod tests {
             (Some(a), Some(b)) => same(a, b),
             (a, b) => a.is_none() && b.is_none(),
         };
-        for traversal in [Traversal::Embree, Traversal::Custom] {
+        for traversal in [Traversal::Embree, Traversal::EmbreeFast, Traversal::Custom] {
             let tracer = Tracer::new(&balls(), traversal).unwrap();
             for count in (0..2 * PACKET as u64 + 2).chain([1000]) {
                 let rays = random_rays(count);
