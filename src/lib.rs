@@ -45,3 +45,4 @@ pub mod reference;
 pub mod report;
 pub mod scene;
 pub mod simd;
+pub mod study;

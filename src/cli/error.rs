@@ -8,6 +8,7 @@ use crate::compare::CompareError;
 use crate::embree::EmbreeError;
 use crate::output::OutputError;
 use crate::scene::{SceneError, TraversalError};
+use crate::study::StudyError;
 
 /// How a command ended without an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,6 +55,8 @@ pub enum CliError {
     Statistics { path: PathBuf, source: std::io::Error },
     #[error(transparent)]
     Bench(#[from] BenchError),
+    #[error(transparent)]
+    Study(#[from] StudyError),
     #[error("cannot start threads: {reason}")]
     Threads { reason: String },
 }
@@ -68,10 +71,14 @@ impl CliError {
             | CliError::BadOutput(_)
             | CliError::NotExrName { .. }
             | CliError::ErrorPictureName { .. }
-            | CliError::BadImage(_) => 2,
+            | CliError::BadImage(_)
+            | CliError::Study(
+                StudyError::Compare(_) | StudyError::Line { .. } | StudyError::NotFinite { .. },
+            ) => 2,
             CliError::Write(_)
             | CliError::Statistics { .. }
             | CliError::Bench(_)
+            | CliError::Study(_)
             | CliError::Threads { .. } => 1,
         })
     }

@@ -14,6 +14,7 @@ mod pictures;
 mod progress;
 mod reference;
 mod render;
+mod study;
 mod surface;
 
 use std::process::ExitCode;
@@ -45,6 +46,7 @@ fn dispatch(command: Command) -> Result<Outcome, CliError> {
         Command::Info(args) => info::run(&args),
         Command::Surface(args) => surface::run(&args),
         Command::Bench(args) => bench::run(&args),
+        Command::Study(args) => study::run(&args),
     }
 }
 

@@ -1,0 +1,256 @@
+use std::cell::{Cell, RefCell};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::args::{StudyArgs, StudyAxis};
+use super::error::{CliError, Outcome};
+use super::interrupt::Interrupt;
+use super::{load, use_threads};
+use crate::bench::machine::Machine;
+use crate::output::{check_writable, read_exr, write_atomically};
+use crate::ppm::{Render, Settings};
+use crate::report::Table;
+use crate::scene::{FilmDesc, Scene, SceneDesc};
+use crate::study::reference::{self, Recipe, Reference};
+use crate::study::{
+    Axis, Configuration, Gallery, Journal, Plan, StudyReport, Subject, Watch, configurations, measure, page,
+    prices,
+};
+
+/// Measures error against seconds, and reports what there is however it ends.
+pub fn run(args: &StudyArgs) -> Result<Outcome, CliError> {
+    use_threads(args.threads)?;
+    let mut desc = load(&args.scene)?;
+    let given = args.reference.as_deref().map(given).transpose()?;
+    let settings = Settings::of_scene(&desc.render);
+    desc.film = film(args, &desc, given.as_ref());
+    let subject = Subject {
+        scene: args.scene.display().to_string(),
+        size: (desc.film.width, desc.film.height),
+        settings,
+    };
+    let baseline = baseline(&desc, settings, args.seed)?;
+    let configurations = configurations(baseline, &axes(args));
+    if args.list {
+        list(&configurations, &subject);
+        return Ok(Outcome::Done);
+    }
+    let study = Study { args, subject, machine: Machine::detect()?, watch: Overseer::new(args) };
+    study.make(desc, configurations, baseline, given)
+}
+
+fn given(path: &Path) -> Result<Reference, CliError> {
+    Ok(Reference::given(read_exr(path).map_err(CliError::BadImage)?, path))
+}
+
+/// Pictures as large as asked for, as the reference that was given, or as the effort allows.
+fn film(args: &StudyArgs, desc: &SceneDesc, given: Option<&Reference>) -> FilmDesc {
+    let of_reference = given.map(|reference| FilmDesc {
+        width: reference.image.width() as u32,
+        height: reference.image.height() as u32,
+    });
+    let longest = desc.film.width.max(desc.film.height);
+    let side = args.effort().longest_side.map_or(longest, |side| side.min(longest));
+    let scaled = |length: u32| (length * side).div_ceil(longest);
+    let of_effort = FilmDesc { width: scaled(desc.film.width), height: scaled(desc.film.height) };
+    args.size.or(of_reference).unwrap_or(of_effort)
+}
+
+/// The scene's settings with the radius that it would find, so that multiples of it mean something.
+fn baseline(desc: &SceneDesc, settings: Settings, seed: u64) -> Result<Settings, CliError> {
+    let radius = match settings.radius {
+        Some(radius) => radius,
+        None => Render::new(&Scene::new(desc.clone())?, settings).setup().radius,
+    };
+    Ok(Settings { radius: Some(radius), seed, ..settings })
+}
+
+fn axes(args: &StudyArgs) -> Vec<Axis> {
+    let wanted: Vec<Axis> = args.axes.iter().copied().map(StudyAxis::into).collect();
+    if wanted.is_empty() { Axis::ALL.to_vec() } else { wanted }
+}
+
+fn list(configurations: &[Configuration], subject: &Subject) {
+    for configuration in configurations {
+        let command = configuration.command(subject, 64, 1);
+        println!("{:<10} {:<24} {command}", configuration.axis, configuration.name);
+    }
+}
+
+/// A study under way.
+struct Study<'a> {
+    args: &'a StudyArgs,
+    subject: Subject,
+    machine: Machine,
+    watch: Overseer,
+}
+
+/// The shares of the budget: the rest is for comparing and reporting.
+const REFERENCE_SHARE: f64 = 0.25;
+const RUNS_SHARE: f64 = 0.65;
+
+impl Study<'_> {
+    fn make(
+        &self,
+        desc: SceneDesc,
+        configurations: Vec<Configuration>,
+        baseline: Settings,
+        given: Option<Reference>,
+    ) -> Result<Outcome, CliError> {
+        let folder = &self.args.output;
+        for name in ["study.json", "study.csv", "study.html"] {
+            check_writable(&folder.join(name)).map_err(CliError::BadOutput)?;
+        }
+        let mut journal = Journal::open(&folder.join("measurements.jsonl"))?;
+        if journal.was_torn() {
+            eprintln!(
+                "warning: the last line of {} was torn, and is left out",
+                folder.join("measurements.jsonl").display()
+            );
+        }
+        let reference = match given {
+            Some(reference) => reference,
+            None => match self.reference(&desc, baseline)? {
+                Some(reference) => reference,
+                None => return Ok(self.outcome()),
+            },
+        };
+        let plan = self.plan(desc, configurations);
+        let finished = journal.runs().len();
+        let (runs, pictures) = (plan.runs(), folder.join("pictures"));
+        self.watch.expect("run", runs.into());
+        let measured = measure(&plan, &reference, &mut journal, &pictures, &self.watch);
+        self.watch.bar.borrow().finish_and_clear();
+        measured?;
+        eprintln!("{} runs measured now, {finished} were there before", journal.runs().len() - finished);
+        let report = StudyReport::new(
+            &plan,
+            &self.subject,
+            journal.runs(),
+            &reference,
+            self.machine.clone(),
+            command_line(),
+        );
+        self.write(&report, &Gallery::read(&plan, &reference.image, &pictures)?)?;
+        Ok(self.outcome())
+    }
+
+    fn outcome(&self) -> Outcome {
+        if self.watch.interrupt.is_asked() { Outcome::Interrupted } else { Outcome::Done }
+    }
+
+    fn reference(&self, desc: &SceneDesc, baseline: Settings) -> Result<Option<Reference>, CliError> {
+        let effort = self.args.effort();
+        let seconds = REFERENCE_SHARE * self.args.budget();
+        let recipe = Recipe::new(baseline, effort.reference_passes, effort.reference_renders, seconds);
+        self.watch.expect("reference", recipe.renders.into());
+        let made = reference::make(desc, &recipe, &self.args.output, &self.watch)?;
+        self.watch.bar.borrow().finish_and_clear();
+        let Some(reference) = made else {
+            eprintln!("stopped before the reference was whole; the same command goes on with it");
+            return Ok(None);
+        };
+        if let Some(manifest) = &reference.manifest {
+            let origin = if reference.cached { "was there" } else { "was made" };
+            eprintln!(
+                "reference {} {origin}: {} renders of {} passes; halves differ by {:.2} %, so its own error is about {:.2} %",
+                reference.path.display(),
+                manifest.renders,
+                manifest.passes,
+                manifest.halves_differ_percent,
+                manifest.error_percent
+            );
+        }
+        Ok(Some(reference))
+    }
+
+    fn plan(&self, desc: SceneDesc, configurations: Vec<Configuration>) -> Plan {
+        let runs = f64::from(self.args.repetitions) * configurations.len() as f64;
+        let share = if self.args.make_reference { RUNS_SHARE } else { RUNS_SHARE + REFERENCE_SHARE };
+        Plan {
+            desc,
+            configurations,
+            repetitions: self.args.repetitions,
+            seconds_per_run: share * self.args.budget() / runs,
+            seed: self.args.seed,
+            surroundings: format!("{:?} {}", self.machine, rayon::current_num_threads()),
+        }
+    }
+
+    fn write(&self, report: &StudyReport, gallery: &Gallery) -> Result<(), CliError> {
+        let folder = &self.args.output;
+        let html = folder.join("study.html");
+        write(&folder.join("study.json"), &format!("{:#}\n", serde_json::json!(report)))?;
+        write(&folder.join("study.csv"), &report.points().to_csv())?;
+        write(&html, &page(report, gallery))?;
+        print!("{}", without_commands(prices(report)).to_text());
+        if !report.complete {
+            eprintln!("not all was measured; the same command goes on with it");
+        }
+        eprintln!("wrote {}, and study.json and study.csv beside it", html.display());
+        Ok(())
+    }
+}
+
+/// As the user typed it.
+fn command_line() -> String {
+    std::iter::once("caustica".to_owned()).chain(std::env::args().skip(1)).collect::<Vec<_>>().join(" ")
+}
+
+/// Too wide for a terminal.
+fn without_commands(mut table: Table) -> Table {
+    table.columns.pop();
+    table.rows.iter_mut().for_each(|row| drop(row.pop()));
+    table
+}
+
+fn write(path: &PathBuf, text: &str) -> Result<(), CliError> {
+    Ok(write_atomically(path, |out| out.write_all(text.as_bytes()))?)
+}
+
+/// Shows progress, and ends the study when the user or the budget says so.
+struct Overseer {
+    interrupt: Interrupt,
+    deadline: Option<Instant>,
+    /// Late or not, one run is measured: some number stands in every report.
+    first_is_done: Cell<bool>,
+    bar: RefCell<ProgressBar>,
+}
+
+impl Overseer {
+    fn new(args: &StudyArgs) -> Overseer {
+        let deadline = Instant::now().checked_add(Duration::from_secs_f64(args.budget()));
+        let bar = RefCell::new(ProgressBar::hidden());
+        Overseer { interrupt: Interrupt::listen(), deadline, first_is_done: Cell::new(false), bar }
+    }
+
+    fn expect(&self, what: &'static str, count: u64) {
+        self.first_is_done.set(false);
+        let bar = ProgressBar::new(count);
+        if let Ok(style) = ProgressStyle::with_template("{prefix} {pos}/{len} [{wide_bar}] {msg}, {eta} left")
+        {
+            bar.set_style(style.progress_chars("=> "));
+        }
+        bar.set_prefix(what);
+        bar.enable_steady_tick(Duration::from_millis(500));
+        *self.bar.borrow_mut() = bar;
+    }
+}
+
+impl Watch for Overseer {
+    fn is_over(&self) -> bool {
+        let is_late = self.deadline.is_some_and(|deadline| Instant::now() > deadline);
+        self.interrupt.is_asked() || is_late && self.first_is_done.get()
+    }
+
+    fn begins(&self, configuration: &str, repetition: u32) {
+        self.bar.borrow().set_message(format!("{configuration} ({})", repetition + 1));
+    }
+
+    fn is_done(&self) {
+        self.first_is_done.set(true);
+        self.bar.borrow().inc(1);
+    }
+}

@@ -1,0 +1,295 @@
+//! What is measured against what: the table of configurations.
+
+use std::fmt;
+
+use crate::bsdf::DiffuseSampling;
+use crate::ppm::Settings;
+use crate::scene::Traversal;
+
+/// What a configuration changes about the baseline.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Axis {
+    /// Nothing: the scene's own settings.
+    Baseline,
+    /// `α`.
+    Alpha,
+    /// The initial radius.
+    Radius,
+    /// Photons a pass.
+    Photons,
+    /// Eye samples a pixel.
+    Samples,
+    /// How photons bounce off diffuse surfaces.
+    Sampling,
+    /// Photon mapping or path tracing.
+    Method,
+    /// Who answers the rays.
+    Traversal,
+    /// An effect is switched off.
+    Effects,
+    /// Several of these at a time.
+    Pairs,
+}
+
+impl Axis {
+    /// Every axis, in the order of the table; the baseline is measured beside any of them.
+    pub const ALL: [Axis; 10] = [
+        Axis::Baseline,
+        Axis::Alpha,
+        Axis::Radius,
+        Axis::Photons,
+        Axis::Samples,
+        Axis::Sampling,
+        Axis::Method,
+        Axis::Traversal,
+        Axis::Effects,
+        Axis::Pairs,
+    ];
+
+    /// What it asks, as a heading.
+    pub fn question(self) -> &'static str {
+        match self {
+            Axis::Baseline => "The baseline",
+            Axis::Alpha => "How fast radii shrink",
+            Axis::Radius => "Where radii begin",
+            Axis::Photons => "Photons a pass",
+            Axis::Samples => "Eye samples a pixel",
+            Axis::Sampling => "Uniform or cosine-weighted bounces",
+            Axis::Method => "Photon mapping or path tracing",
+            Axis::Traversal => "Who answers the rays",
+            Axis::Effects => "An effect left out",
+            Axis::Pairs => "Several changes at a time",
+        }
+    }
+}
+
+impl fmt::Display for Axis {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.pad(match self {
+            Axis::Baseline => "baseline",
+            Axis::Alpha => "alpha",
+            Axis::Radius => "radius",
+            Axis::Photons => "photons",
+            Axis::Samples => "samples",
+            Axis::Sampling => "sampling",
+            Axis::Method => "method",
+            Axis::Traversal => "traversal",
+            Axis::Effects => "effects",
+            Axis::Pairs => "pairs",
+        })
+    }
+}
+
+/// What makes the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// [`crate::ppm::Render`]; a step is a pass.
+    PhotonMapping,
+    /// [`crate::reference::PathTracer`]; a step is a sample a pixel.
+    PathTracing,
+}
+
+/// One way to render the scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Configuration {
+    /// What is told apart by, in tables and file names.
+    pub name: &'static str,
+    /// What it changes.
+    pub axis: Axis,
+    /// All that photon mapping goes by, its radius included.
+    pub settings: Settings,
+    /// What makes the picture.
+    pub method: Method,
+    /// Who answers the rays.
+    pub traversal: Traversal,
+}
+
+/// Of a configuration that was the baseline.
+type Change = fn(&mut Configuration);
+
+/// The whole list: a new axis is a new name above and a few rows here.
+const CHANGES: [(Axis, &str, Change); 20] = [
+    (Axis::Baseline, "baseline", |_| ()),
+    (Axis::Alpha, "alpha 1/2", |c| c.settings.alpha = 0.5),
+    (Axis::Alpha, "alpha 2/3", |c| c.settings.alpha = 2.0 / 3.0),
+    (Axis::Alpha, "alpha 0.8", |c| c.settings.alpha = 0.8),
+    (Axis::Alpha, "alpha 1", |c| c.settings.alpha = 1.0),
+    (Axis::Radius, "radius x0.5", |c| scale_radius(c, 0.5)),
+    (Axis::Radius, "radius x2", |c| scale_radius(c, 2.0)),
+    (Axis::Radius, "radius x4", |c| scale_radius(c, 4.0)),
+    (Axis::Photons, "photons /4", |c| c.settings.photons = (c.settings.photons / 4).max(1)),
+    (Axis::Photons, "photons x4", |c| c.settings.photons *= 4),
+    (Axis::Samples, "samples /4", |c| c.settings.samples = (c.settings.samples / 4).max(1)),
+    (Axis::Samples, "samples x4", |c| c.settings.samples *= 4),
+    (Axis::Sampling, "uniform bounces", |c| c.settings.sampling = DiffuseSampling::Uniform),
+    (Axis::Method, "path tracing", |c| c.method = Method::PathTracing),
+    (Axis::Traversal, "Embree, fast", |c| c.traversal = Traversal::EmbreeFast),
+    (Axis::Traversal, "own tree", |c| c.traversal = Traversal::Custom),
+    (Axis::Effects, "no specular chains", |c| c.settings.depth = 0),
+    (Axis::Pairs, "alpha 1/2, radius x4", |c| {
+        c.settings.alpha = 0.5;
+        scale_radius(c, 4.0);
+    }),
+    (Axis::Pairs, "alpha 1, radius x0.5", |c| {
+        c.settings.alpha = 1.0;
+        scale_radius(c, 0.5);
+    }),
+    (Axis::Pairs, "photons x4, samples x4", |c| {
+        c.settings.photons *= 4;
+        c.settings.samples *= 4;
+    }),
+];
+
+fn scale_radius(configuration: &mut Configuration, factor: f64) {
+    configuration.settings.radius = configuration.settings.radius.map(|radius| factor * radius);
+}
+
+/// The baseline and every change along `axes` that changes something about it.
+///
+/// `baseline` names its radius, so that multiples of it mean something.
+pub fn configurations(baseline: Settings, axes: &[Axis]) -> Vec<Configuration> {
+    let start = Configuration {
+        name: "baseline",
+        axis: Axis::Baseline,
+        settings: baseline,
+        method: Method::PhotonMapping,
+        traversal: Traversal::Embree,
+    };
+    let changed = |&(axis, name, change): &(Axis, &'static str, Change)| {
+        let mut configuration = start.clone();
+        change(&mut configuration);
+        let is_new = axis == Axis::Baseline || configuration != start;
+        is_new.then_some(Configuration { name, axis, ..configuration })
+    };
+    let wanted = |(axis, ..): &&(Axis, &str, Change)| *axis == Axis::Baseline || axes.contains(axis);
+    CHANGES.iter().filter(wanted).filter_map(changed).collect()
+}
+
+/// The scene and the picture that command lines name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Subject {
+    /// The scene file, as it was asked for.
+    pub scene: String,
+    /// Width and height in pixels.
+    pub size: (u32, u32),
+    /// What the scene file asks for.
+    pub settings: Settings,
+}
+
+impl Configuration {
+    /// The command that renders so many steps of this configuration from `seed`.
+    pub fn command(&self, subject: &Subject, steps: u32, seed: u64) -> String {
+        let (width, height) = subject.size;
+        let (command, count) = match self.method {
+            Method::PhotonMapping => ("render", "passes"),
+            Method::PathTracing => ("reference", "spp"),
+        };
+        let scene = quoted(&subject.scene);
+        let mut line =
+            format!("caustica {command} {scene} --size {width}x{height} --{count} {steps} --seed {seed}");
+        if self.method == Method::PhotonMapping {
+            line += &self.options(&subject.settings);
+        }
+        if self.traversal != Traversal::Embree {
+            line += &format!(" --traversal {}", self.traversal);
+        }
+        line
+    }
+
+    /// What differs from the scene's own settings.
+    fn options(&self, scene: &Settings) -> String {
+        let s = &self.settings;
+        let radius = s.radius.map(|radius| radius.to_string()).unwrap_or_default();
+        let sampling = format!("{:?}", s.sampling).to_lowercase();
+        let all = [
+            (s.photons != scene.photons, "photons", s.photons.to_string()),
+            (s.alpha != scene.alpha, "alpha", s.alpha.to_string()),
+            (s.radius != scene.radius, "radius", radius),
+            (s.samples != scene.samples, "samples", s.samples.to_string()),
+            (s.depth != scene.depth, "depth", s.depth.to_string()),
+            (s.sampling != scene.sampling, "sampling", sampling),
+        ];
+        all.iter()
+            .filter(|(differs, ..)| *differs)
+            .map(|(_, name, value)| format!(" --{name} {value}"))
+            .collect()
+    }
+
+    /// The name as part of a file's.
+    pub fn file_stem(&self) -> String {
+        let plain = |c: char| if c.is_ascii_alphanumeric() || c == '.' { c } else { '_' };
+        self.name.replace(", ", "_").replace('/', "_over_").chars().map(plain).collect()
+    }
+}
+
+/// As a shell takes it for one word.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "_-./".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.into()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::RenderDesc;
+
+    fn settings() -> Settings {
+        let render =
+            RenderDesc { passes: 9, photons: 1000, samples: 4, alpha: 0.7, radius: Some(0.5), depth: 12 };
+        Settings::of_scene(&render)
+    }
+
+    #[test]
+    fn every_axis_has_configurations_of_its_own() {
+        let all = configurations(settings(), &Axis::ALL);
+        assert_eq!(all.len(), CHANGES.len());
+        for axis in Axis::ALL {
+            assert!(all.iter().any(|c| c.axis == axis), "{axis}");
+        }
+        for (k, a) in all.iter().enumerate() {
+            for b in &all[k + 1..] {
+                assert!(a.name != b.name && a.file_stem() != b.file_stem(), "{} twice", a.name);
+                let same = (a.settings, a.method, a.traversal) == (b.settings, b.method, b.traversal);
+                assert!(!same, "{} is {}", a.name, b.name);
+            }
+        }
+    }
+
+    #[test]
+    fn axes_choose_and_the_baseline_always_stands() {
+        let names = |axes: &[Axis]| -> Vec<&str> {
+            configurations(settings(), axes).iter().map(|c| c.name).collect()
+        };
+        assert_eq!(names(&[]), ["baseline"]);
+        assert_eq!(names(&[Axis::Radius]), ["baseline", "radius x0.5", "radius x2", "radius x4"]);
+        assert_eq!(names(&[Axis::Method, Axis::Effects]), ["baseline", "path tracing", "no specular chains"]);
+    }
+
+    #[test]
+    fn what_changes_nothing_is_left_out() {
+        let settings = Settings { samples: 1, alpha: 0.8, depth: 0, ..settings() };
+        let all = configurations(settings, &Axis::ALL);
+        let missing = ["samples /4", "alpha 0.8", "no specular chains"];
+        assert!(all.iter().all(|c| !missing.contains(&c.name)));
+        assert_eq!(all.len(), CHANGES.len() - missing.len());
+    }
+
+    #[test]
+    fn commands_name_what_differs() {
+        let all = configurations(settings(), &Axis::ALL);
+        let subject = Subject { scene: "a b.toml".into(), size: (64, 48), settings: settings() };
+        let command = |name: &str| all.iter().find(|c| c.name == name).unwrap().command(&subject, 7, 3);
+        let start = "'a b.toml' --size 64x48";
+        assert_eq!(command("baseline"), format!("caustica render {start} --passes 7 --seed 3"));
+        assert_eq!(command("path tracing"), format!("caustica reference {start} --spp 7 --seed 3"));
+        assert!(command("alpha 1/2, radius x4").ends_with("--seed 3 --alpha 0.5 --radius 2"));
+        assert!(command("own tree").ends_with(" --traversal custom"));
+        assert!(command("Embree, fast").ends_with(" --traversal embree-fast"));
+        assert!(command("uniform bounces").ends_with(" --sampling uniform"));
+        assert!(command("photons x4").ends_with(" --photons 4000"));
+    }
+}

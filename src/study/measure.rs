@@ -1,0 +1,355 @@
+//! Renders configurations in turn and holds their pictures against the reference.
+
+use std::fmt::{self, Write};
+use std::hash::Hasher;
+use std::path::{Path, PathBuf};
+
+use fnv::FnvHasher;
+
+use super::reference::Reference;
+use super::{Configuration, Journal, Method, Point, Run, StudyError};
+use crate::bench::timing::timed;
+use crate::compare::Metrics;
+use crate::film::Image;
+use crate::output::{Metadata, write_exr};
+use crate::ppm::Render;
+use crate::reference::PathTracer;
+use crate::scene::{Scene, SceneDesc, Traversal};
+
+/// What is measured and how long.
+#[derive(Debug)]
+pub struct Plan {
+    /// The scene, with the size of the pictures.
+    pub desc: SceneDesc,
+    /// What is measured against what.
+    pub configurations: Vec<Configuration>,
+    /// How often each is rendered, from another seed each time.
+    pub repetitions: u32,
+    /// The share of each run.
+    pub seconds_per_run: f64,
+    /// Repetition `k` has the seed `seed + 1 + k`.
+    pub seed: u64,
+    /// What else the numbers depend on, such as the machine.
+    pub surroundings: String,
+}
+
+impl Plan {
+    /// Runs in all.
+    pub fn runs(&self) -> u32 {
+        self.configurations.len() as u32 * self.repetitions
+    }
+
+    /// The seed of a repetition.
+    pub fn seed_of(&self, repetition: u32) -> u64 {
+        self.seed.wrapping_add(1 + u64::from(repetition))
+    }
+
+    /// What tells the runs of a configuration from those of other scenes, settings, references and machines.
+    pub fn key(&self, configuration: &Configuration, reference: u64) -> String {
+        let settings = (configuration, self.seconds_per_run, self.seed, reference, &self.surroundings);
+        format!("{:016x}", fingerprint(&(described(&self.desc), settings)))
+    }
+}
+
+/// All of a scene but where it was read.
+pub(super) fn described(desc: &SceneDesc) -> SceneDesc {
+    SceneDesc { name: String::new(), path: PathBuf::new(), warnings: Vec::new(), ..desc.clone() }
+}
+
+/// A number that differs where the debug texts differ, for all that matters: FNV-1a of the text.
+pub(super) fn fingerprint(value: &impl fmt::Debug) -> u64 {
+    struct Hash(FnvHasher);
+    impl Write for Hash {
+        fn write_str(&mut self, text: &str) -> fmt::Result {
+            self.0.write(text.as_bytes());
+            Ok(())
+        }
+    }
+    let mut hash = Hash(FnvHasher::default());
+    // Hashing never fails.
+    let _ = write!(hash, "{value:?}");
+    hash.0.finish()
+}
+
+/// What the measurement asks and tells those who started it.
+pub trait Watch {
+    /// Whether to stop now; what is unfinished is dropped.
+    fn is_over(&self) -> bool;
+    /// A run begins.
+    fn begins(&self, configuration: &str, repetition: u32);
+    /// A run is finished, or was before.
+    fn is_done(&self);
+}
+
+/// Runs every configuration once in each round, so that a slow spell of the machine hits all alike, and skips what the
+/// journal holds. Returns whether all was measured.
+///
+/// The pictures of the first round go to `pictures`.
+///
+/// # Errors
+/// When a scene cannot be traced, a picture is not finite or has another size than the reference, or a file cannot
+/// be written.
+pub fn measure(
+    plan: &Plan,
+    reference: &Reference,
+    journal: &mut Journal,
+    pictures: &Path,
+    watch: &impl Watch,
+) -> Result<bool, StudyError> {
+    let reference_print = reference.fingerprint();
+    let mut scenes = Scenes { desc: &plan.desc, scenes: Vec::new() };
+    let keys: Vec<String> = plan.configurations.iter().map(|c| plan.key(c, reference_print)).collect();
+    for repetition in 0..plan.repetitions {
+        for (configuration, key) in plan.configurations.iter().zip(&keys) {
+            if journal.find(key, repetition).is_some() {
+                watch.is_done();
+                continue;
+            }
+            watch.begins(configuration.name, repetition);
+            // The first repetition finds how many steps its share holds, and the others take as many.
+            let steps = journal.find(key, 0).and_then(|run| run.points.last()).map(|point| point.steps);
+            let limit = steps.map_or(Limit::Seconds(plan.seconds_per_run), Limit::Steps);
+            let task =
+                Task { configuration, seed: plan.seed_of(repetition), limit, reference: &reference.image };
+            let Some((points, picture)) = task.run(scenes.get(configuration.traversal)?, watch)? else {
+                return Ok(false);
+            };
+            if repetition == 0 {
+                write_exr(&picture_path(pictures, configuration), &picture, &Metadata::new())?;
+            }
+            let (key, configuration) = (key.clone(), configuration.name.to_owned());
+            journal.append(Run { key, configuration, repetition, seed: task.seed, points })?;
+            watch.is_done();
+        }
+    }
+    Ok(true)
+}
+
+/// Where the picture of the first repetition lies.
+pub fn picture_path(pictures: &Path, configuration: &Configuration) -> PathBuf {
+    pictures.join(format!("{}.exr", configuration.file_stem()))
+}
+
+/// The scene by each means of tracing that was asked for.
+struct Scenes<'p> {
+    desc: &'p SceneDesc,
+    scenes: Vec<Scene>,
+}
+
+impl Scenes<'_> {
+    fn get(&mut self, traversal: Traversal) -> Result<&Scene, StudyError> {
+        let found = self.scenes.iter().position(|scene| scene.traversal() == traversal);
+        let index = found.unwrap_or(self.scenes.len());
+        if found.is_none() {
+            self.scenes.push(Scene::with_traversal(self.desc.clone(), traversal)?);
+        }
+        Ok(&self.scenes[index])
+    }
+}
+
+/// When a run ends.
+#[derive(Clone, Copy, Debug)]
+enum Limit {
+    /// Where the next point would lie beyond so many seconds.
+    Seconds(f64),
+    /// After so many steps.
+    Steps(u32),
+}
+
+impl Limit {
+    fn is_reached(self, point: &Point, seconds_per_step: f64) -> bool {
+        match self {
+            Limit::Steps(steps) => point.steps >= steps,
+            Limit::Seconds(limit) => {
+                let more = f64::from(next_checkpoint(point.steps) - point.steps);
+                point.seconds + more * seconds_per_step > limit
+            }
+        }
+    }
+}
+
+/// 1, 2, 3, 4, 6, 8, 12, 16, ...: two to each doubling.
+fn next_checkpoint(steps: u32) -> u32 {
+    match steps {
+        0..=2 => steps + 1,
+        _ if steps.is_power_of_two() => steps + steps / 2,
+        _ => steps / 3 * 4,
+    }
+}
+
+struct Task<'a> {
+    configuration: &'a Configuration,
+    seed: u64,
+    limit: Limit,
+    reference: &'a Image,
+}
+
+impl Task<'_> {
+    /// The points on the way and the last picture; `None` where it was stopped.
+    fn run(&self, scene: &Scene, watch: &impl Watch) -> Result<Option<(Vec<Point>, Image)>, StudyError> {
+        let (mut renderer, setup) = timed(|| Renderer::new(scene, self.configuration, self.seed));
+        let (mut seconds, mut points) = (setup, Vec::new());
+        let mut steps = 0;
+        loop {
+            let checkpoint = next_checkpoint(steps);
+            while steps < checkpoint {
+                if watch.is_over() {
+                    return Ok(None);
+                }
+                seconds += timed(|| renderer.step()).1;
+                steps += 1;
+            }
+            let picture = renderer.picture();
+            let rel_mse = Metrics::between(&picture, self.reference)?.rel_mse;
+            if !rel_mse.is_finite() {
+                return Err(StudyError::NotFinite { configuration: self.configuration.name.into() });
+            }
+            let point = Point { steps, seconds, rel_mse };
+            points.push(point);
+            if self.limit.is_reached(&point, (seconds - setup) / f64::from(steps)) {
+                return Ok(Some((points, picture)));
+            }
+        }
+    }
+}
+
+enum Renderer<'s> {
+    Photons(Box<Render<'s>>),
+    Paths(PathTracer<'s>),
+}
+
+impl<'s> Renderer<'s> {
+    fn new(scene: &'s Scene, configuration: &Configuration, seed: u64) -> Renderer<'s> {
+        let mut settings = configuration.settings;
+        settings.seed = seed;
+        match configuration.method {
+            Method::PhotonMapping => Renderer::Photons(Box::new(Render::new(scene, settings))),
+            Method::PathTracing => Renderer::Paths(PathTracer::new(scene, seed)),
+        }
+    }
+
+    fn step(&mut self) {
+        match self {
+            Renderer::Photons(render) => drop(render.pass()),
+            Renderer::Paths(tracer) => tracer.add_sample(),
+        }
+    }
+
+    fn picture(&self) -> Image {
+        match self {
+            Renderer::Photons(render) => render.picture(),
+            Renderer::Paths(tracer) => tracer.picture(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{Bounded, desc, plan};
+    use super::*;
+
+    fn names(journal: &Journal) -> Vec<(String, u32, u64, Vec<u32>)> {
+        let entry = |run: &Run| {
+            let steps = run.points.iter().map(|point| point.steps).collect();
+            (run.configuration.clone(), run.repetition, run.seed, steps)
+        };
+        journal.runs().iter().map(entry).collect()
+    }
+
+    fn black(side: usize) -> Reference {
+        Reference::given(Image::new(side, side), "black.exr".as_ref())
+    }
+
+    #[test]
+    fn checkpoints_double_every_other_time() {
+        let steps: Vec<u32> =
+            std::iter::successors(Some(1), |&n| Some(next_checkpoint(n))).take(11).collect();
+        assert_eq!(steps, [1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48]);
+        assert_eq!(next_checkpoint(0), 1);
+    }
+
+    #[test]
+    fn a_run_ends_before_its_share_does() {
+        let point = |steps, seconds| Point { steps, seconds, rel_mse: 1.0 };
+        assert!(!Limit::Seconds(6.0).is_reached(&point(4, 4.0), 1.0));
+        assert!(Limit::Seconds(5.9).is_reached(&point(4, 4.0), 1.0));
+        assert!(
+            !Limit::Steps(5).is_reached(&point(4, 1e9), 1.0)
+                && Limit::Steps(4).is_reached(&point(4, 0.0), 0.0)
+        );
+    }
+
+    #[test]
+    fn keys_tell_everything_apart_but_the_place() {
+        let plan = plan();
+        let key = |plan: &Plan, k: usize, reference| plan.key(&plan.configurations[k], reference);
+        let first = key(&plan, 0, 1);
+        assert_ne!(first, key(&plan, 1, 1));
+        assert_ne!(first, key(&plan, 0, 2));
+        let mut moved = super::super::testing::plan();
+        moved.desc.path = "elsewhere.toml".into();
+        assert_eq!(first, key(&moved, 0, 1));
+        moved.desc.point_lights[0].intensity.x += 1e-6;
+        assert_ne!(first, key(&moved, 0, 1));
+        let longer = Plan { seconds_per_run: 2.0 * plan.seconds_per_run, ..super::super::testing::plan() };
+        assert_ne!(first, key(&longer, 0, 1));
+    }
+
+    /// Stopped after any number of runs and begun again, the list holds each run once.
+    #[test]
+    fn an_interrupted_study_goes_on_where_it_was() {
+        let folder = tempfile::tempdir().unwrap();
+        let (plan, reference) = (plan(), black(8));
+        let measure_into = |name: &str, runs: u32| {
+            let mut journal = Journal::open(&folder.path().join(name)).unwrap();
+            let watch = Bounded::to(runs);
+            let whole = measure(&plan, &reference, &mut journal, &folder.path().join("p"), &watch).unwrap();
+            (whole, names(&journal))
+        };
+        let (whole, all) = measure_into("whole", u32::MAX);
+        assert!(whole && all.len() as u32 == plan.runs());
+        let order: Vec<(&str, u32)> = all.iter().map(|(name, k, ..)| (name.as_str(), *k)).collect();
+        assert_eq!(order[..3], [("baseline", 0), ("path tracing", 0), ("baseline", 1)], "in turn");
+        for stop in [0, 1, 3] {
+            let (whole, some) = measure_into(&stop.to_string(), stop);
+            assert!(!whole && some.len() as u32 == stop);
+            let (whole, rest) = measure_into(&stop.to_string(), u32::MAX);
+            assert!(whole && rest.len() == all.len());
+            let identity = |runs: &[(String, u32, u64, Vec<u32>)]| -> Vec<(String, u32, u64)> {
+                runs.iter().map(|(name, k, seed, _)| (name.clone(), *k, *seed)).collect()
+            };
+            assert_eq!(identity(&rest), identity(&all));
+        }
+        for runs in all.chunks(2).collect::<Vec<_>>().windows(2) {
+            assert_eq!(runs[0][0].3, runs[1][0].3, "every repetition has as many steps as the first");
+        }
+    }
+
+    #[test]
+    fn references_of_another_size_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut journal = Journal::open(&folder.path().join("j")).unwrap();
+        let result = measure(&plan(), &black(9), &mut journal, folder.path(), &Bounded::to(9));
+        assert!(matches!(result, Err(StudyError::Compare(_))), "{result:?}");
+    }
+
+    #[test]
+    fn the_same_seed_gives_the_picture_of_a_render() {
+        let scene = Scene::new(desc()).unwrap();
+        let plan = plan();
+        let reference = Image::new(8, 8);
+        let task = Task {
+            configuration: &plan.configurations[0],
+            seed: 5,
+            limit: Limit::Steps(2),
+            reference: &reference,
+        };
+        let (points, picture) = task.run(&scene, &Bounded::to(1)).unwrap().unwrap();
+        let mut settings = plan.configurations[0].settings;
+        settings.seed = 5;
+        let mut render = Render::new(&scene, settings);
+        render.pass();
+        render.pass();
+        assert_eq!((points.len(), picture), (2, render.picture()));
+    }
+}

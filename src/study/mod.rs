@@ -1,0 +1,28 @@
+//! What accuracy costs in time: error against seconds for a set of configurations.
+//!
+//! [`configurations`] lists what is measured against what, [`reference`] makes the picture that all are held against,
+//! [`measure`] renders in turn and notes errors in a [`Journal`], and [`StudyReport`] sums up: as JSON, as CSV and as
+//! one page for a browser.
+
+mod configuration;
+mod error;
+mod fit;
+mod journal;
+mod measure;
+mod page;
+mod pictures;
+pub mod reference;
+mod report;
+mod summary;
+#[cfg(test)]
+mod testing;
+
+pub use configuration::{Axis, Configuration, Method, Subject, configurations};
+pub use error::StudyError;
+pub use fit::{Confidence, PowerLaw, crossing, pareto_front, tail};
+pub use journal::{Journal, Point, Run};
+pub use measure::{Plan, Watch, measure, picture_path};
+pub use page::{page, prices};
+pub use pictures::Gallery;
+pub use report::{FrontRow, StudyReport, TARGETS};
+pub use summary::{Conclusion, Curve, CurvePoint, ErrorSpread, SecondsTo, Theory};

@@ -1,0 +1,243 @@
+//! What the runs of one configuration say together.
+
+use serde::Serialize;
+
+use super::fit::{Confidence, PowerLaw, crossing, tail};
+use super::{Configuration, Method, Run, Subject};
+use crate::bench::timing::Spread;
+
+/// A mean and the ends.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ErrorSpread {
+    /// The mean of the repetitions.
+    pub mean: f64,
+    /// The smallest.
+    pub min: f64,
+    /// The largest.
+    pub max: f64,
+}
+
+impl ErrorSpread {
+    fn of(numbers: impl Iterator<Item = f64> + Clone) -> ErrorSpread {
+        let mean = numbers.clone().sum::<f64>() / numbers.clone().count().max(1) as f64;
+        let Spread { min, max, .. } = Spread::of(numbers);
+        ErrorSpread { mean, min, max }
+    }
+}
+
+/// What all repetitions have at a number of steps.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CurvePoint {
+    /// Passes, or samples a pixel.
+    pub steps: u32,
+    /// Repetitions that came so far.
+    pub repetitions: usize,
+    /// Seconds of set-up and steps.
+    pub seconds: Spread,
+    /// Relative root-mean-square error in percent.
+    pub error_percent: ErrorSpread,
+    /// Mean of the relative mean square errors.
+    pub rel_mse: f64,
+    /// The command that renders the picture of the first repetition.
+    pub command: String,
+}
+
+/// How fast errors ought to fall with the steps: exponents of the relative root-mean-square error.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Theory {
+    /// Of the noise: half that of the variance, `N^-α`.
+    pub noise: f64,
+    /// Of the bias, which goes with the area of the discs, `N^-(1-α)`; `None` where there is none.
+    pub bias: Option<f64>,
+}
+
+impl Theory {
+    /// # Source
+    /// Knaus and Zwicker, "Progressive Photon Mapping: A Probabilistic Approach", ACM Transactions on Graphics 30(3), 2011.
+    pub fn of(configuration: &Configuration) -> Theory {
+        let alpha = configuration.settings.alpha;
+        match configuration.method {
+            Method::PhotonMapping => Theory { noise: 0.5 * alpha, bias: Some(1.0 - alpha) },
+            Method::PathTracing => Theory { noise: 0.5, bias: None },
+        }
+    }
+}
+
+/// Where an error is reached.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Conclusion {
+    /// It was, in all repetitions.
+    Measured(Spread),
+    /// It was not; the end of the curve, drawn on, gets there after so many seconds.
+    Predicted(f64),
+    /// It was not, and would not be in any time worth telling.
+    OutOfReach,
+}
+
+/// An error and where it is reached.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SecondsTo {
+    /// The error in percent.
+    pub percent: f64,
+    /// Seconds to get there.
+    pub seconds: Conclusion,
+}
+
+/// A prediction that is this many times beyond what was measured is none.
+const FARTHEST: f64 = 300.0;
+
+/// What the repetitions of a configuration measured.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Curve {
+    /// The configuration.
+    pub name: &'static str,
+    /// What it changes.
+    pub axis: String,
+    /// Finished repetitions.
+    pub repetitions: usize,
+    /// Errors and seconds by ascending steps.
+    pub points: Vec<CurvePoint>,
+    /// Exponent of the error over the last part of the curve: the mean of the repetitions.
+    pub exponent: Option<f64>,
+    /// Half the width of its 95 % confidence interval; none for a single repetition.
+    pub exponent_half_width: Option<f64>,
+    /// Exponents that theory has.
+    pub theory: Theory,
+    /// How many times the seconds half the error costs at the end of the curve; none where it cannot be had.
+    pub price_of_half: Option<f64>,
+    /// Seconds to each error asked for.
+    pub seconds_to: Vec<SecondsTo>,
+    /// The command of the last point.
+    pub command: String,
+}
+
+impl Curve {
+    /// Sums up `runs` of `configuration`; `None` where there are none.
+    pub fn of(
+        configuration: &Configuration,
+        runs: &[&Run],
+        subject: &Subject,
+        targets: &[f64],
+    ) -> Option<Curve> {
+        let seed = runs.first()?.seed;
+        let command = |steps| configuration.command(subject, steps, seed);
+        let points: Vec<CurvePoint> =
+            runs[0].points.iter().map(|p| point(runs, p.steps, command(p.steps))).collect();
+        let exponents: Vec<f64> = runs.iter().filter_map(|run| law_of(run)).map(|law| law.exponent).collect();
+        let exponent = Confidence::of(&exponents);
+        let mean = |p: &CurvePoint| (p.seconds.median, p.error_percent.mean);
+        let law = PowerLaw::through(tail(&points.iter().map(mean).collect::<Vec<_>>()));
+        Some(Curve {
+            name: configuration.name,
+            axis: configuration.axis.to_string(),
+            repetitions: runs.len(),
+            exponent: exponent.map(|e| e.mean),
+            exponent_half_width: exponent.and_then(|e| e.half_width),
+            theory: Theory::of(configuration),
+            price_of_half: law.map(|law| law.price_of_half()).filter(|price| *price < FARTHEST),
+            seconds_to: targets.iter().map(|&percent| seconds_to(percent, runs, law, &points)).collect(),
+            command: points.last().map(|p| p.command.clone()).unwrap_or_default(),
+            points,
+        })
+    }
+
+    /// The last point.
+    pub fn end(&self) -> Option<&CurvePoint> {
+        self.points.last()
+    }
+}
+
+fn point(runs: &[&Run], steps: u32, command: String) -> CurvePoint {
+    let at = |run: &&Run| run.points.iter().find(|p| p.steps == steps).copied();
+    let there: Vec<super::Point> = runs.iter().filter_map(at).collect();
+    CurvePoint {
+        steps,
+        repetitions: there.len(),
+        seconds: Spread::of(there.iter().map(|p| p.seconds)),
+        error_percent: ErrorSpread::of(there.iter().map(super::Point::percent)),
+        rel_mse: there.iter().map(|p| p.rel_mse).sum::<f64>() / there.len().max(1) as f64,
+        command,
+    }
+}
+
+/// Error over steps: no noise of the clock is in it.
+fn law_of(run: &Run) -> Option<PowerLaw> {
+    let points: Vec<(f64, f64)> = run.points.iter().map(|p| (f64::from(p.steps), p.percent())).collect();
+    PowerLaw::through(tail(&points))
+}
+
+fn seconds_to(percent: f64, runs: &[&Run], law: Option<PowerLaw>, points: &[CurvePoint]) -> SecondsTo {
+    let of_run = |run: &&Run| {
+        let points: Vec<(f64, f64)> = run.points.iter().map(|p| (p.seconds, p.percent())).collect();
+        crossing(&points, percent)
+    };
+    let reached: Option<Vec<f64>> = runs.iter().map(of_run).collect();
+    let last = points.last().map_or(0.0, |p| p.seconds.median);
+    let predicted = law.and_then(|law| law.reaches(percent)).filter(|s| *s <= FARTHEST * last);
+    let seconds = match (reached, predicted) {
+        (Some(seconds), _) => Conclusion::Measured(Spread::of(seconds)),
+        (None, Some(seconds)) => Conclusion::Predicted(seconds.max(last)),
+        (None, None) => Conclusion::OutOfReach,
+    };
+    SecondsTo { percent, seconds }
+}
+
+#[cfg(test)]
+pub mod tests {
+    use super::super::Point;
+    use super::super::testing::{plan, subject};
+    use super::*;
+
+    /// Error `40 % · steps^-exponent` at `seconds` a step.
+    pub fn run(repetition: u32, exponent: f64, seconds: f64) -> Run {
+        let point = |steps: u32| {
+            let error = 0.4 * f64::from(steps).powf(-exponent);
+            Point { steps, seconds: seconds * f64::from(steps), rel_mse: error * error }
+        };
+        let points = [1, 2, 4, 8, 16].map(point).to_vec();
+        Run { key: "k".into(), configuration: "baseline".into(), repetition, seed: 1, points }
+    }
+
+    fn curve(runs: &[Run]) -> Curve {
+        let runs: Vec<&Run> = runs.iter().collect();
+        Curve::of(&plan().configurations[0], &runs, &subject(), &[30.0, 20.0, 5.0, 0.1]).unwrap()
+    }
+
+    #[test]
+    fn repetitions_are_summed_up() {
+        let curve = curve(&[run(0, 0.5, 1.0), run(1, 0.4, 3.0), run(2, 0.6, 2.0)]);
+        assert!((curve.exponent.unwrap() - 0.5).abs() < 1e-9);
+        assert!((curve.exponent_half_width.unwrap() - 4.303 * 0.1 / 3f64.sqrt()).abs() < 1e-3);
+        let first = &curve.points[0];
+        assert_eq!(first.seconds, Spread { median: 2.0, min: 1.0, max: 3.0 });
+        assert!((first.error_percent.mean - 40.0).abs() < 1e-9);
+        assert!((curve.price_of_half.unwrap() - 4.0).abs() < 0.1);
+        assert!(curve.command.contains("--passes 16 --seed 1"), "{}", curve.command);
+    }
+
+    #[test]
+    fn what_was_reached_is_told_from_what_would_be() {
+        let seconds = |runs: &[Run]| curve(runs).seconds_to.iter().map(|to| to.seconds).collect::<Vec<_>>();
+        let found = seconds(&[run(0, 0.5, 1.0), run(1, 0.5, 3.0), run(2, 0.5, 2.0)]);
+        let Conclusion::Measured(spread) = found[1] else { panic!("{found:?}") };
+        assert!((spread.median - 8.0).abs() < 1e-9 && (spread.max - 12.0).abs() < 1e-9);
+        let Conclusion::Predicted(seconds_to_5) = found[2] else { panic!("{found:?}") };
+        assert!((seconds_to_5 / 128.0 - 1.0).abs() < 1e-6);
+        assert_eq!(found[3], Conclusion::OutOfReach);
+        let flat = seconds(&[run(0, 0.0, 1.0)]);
+        assert_eq!(flat[0], Conclusion::OutOfReach, "a curve that does not fall gets nowhere");
+        let split = seconds(&[run(0, 0.5, 1.0), run(1, 0.1, 1.0)]);
+        assert!(matches!(split[1], Conclusion::Predicted(_)), "all repetitions must get there");
+    }
+
+    #[test]
+    fn theory_has_the_slopes_of_the_papers() {
+        let mut configuration = plan().configurations[0].clone();
+        configuration.settings.alpha = 2.0 / 3.0;
+        let theory = Theory::of(&configuration);
+        assert!((theory.noise - 1.0 / 3.0).abs() < 1e-12 && (theory.bias.unwrap() - 1.0 / 3.0).abs() < 1e-12);
+        configuration.method = Method::PathTracing;
+        assert_eq!(Theory::of(&configuration), Theory { noise: 0.5, bias: None });
+    }
+}
