@@ -10,6 +10,6 @@ mod table;
 mod testing;
 
 pub use html::{escape, with_code};
-pub use page::{Document, Page};
+pub use page::{Document, Page, facts_to_html};
 pub use plot::{Plot, Scale};
 pub use table::{Cell, Table};

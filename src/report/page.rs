@@ -74,9 +74,7 @@ pub struct Document {
 impl Document {
     /// The whole HTML document.
     pub fn to_html(&self) -> String {
-        let fact =
-            |(name, value): &(&str, String)| format!("<dt>{}</dt><dd>{}</dd>\n", escape(name), escape(value));
-        let facts: String = self.facts.iter().map(fact).collect();
+        let facts = facts_to_html(&self.facts);
         let (title, style, body) = (escape(&self.title), self.style, &self.body);
         let script = match self.script {
             "" => String::new(),
@@ -86,9 +84,16 @@ impl Document {
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
              <title>{title}</title>\n<style>\n{STYLE}\n{style}\n</style>\n</head>\n<body>\n<h1>{title}</h1>\n\
-             <dl>\n{facts}</dl>\n{body}{script}</body>\n</html>\n"
+             {facts}{body}{script}</body>\n</html>\n"
         )
     }
+}
+
+/// Names and values as a list.
+pub fn facts_to_html(facts: &[(&str, String)]) -> String {
+    let fact =
+        |(name, value): &(&str, String)| format!("<dt>{}</dt><dd>{}</dd>\n", escape(name), escape(value));
+    format!("<dl>\n{}</dl>\n", facts.iter().map(fact).collect::<String>())
 }
 
 #[cfg(test)]

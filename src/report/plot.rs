@@ -51,8 +51,9 @@ const COLORS: [RGBColor; 8] = [
 type DrawResult = Result<(), Box<dyn std::error::Error>>;
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
-/// Of the guides.
+/// Guides are grey, and told apart by their dashes: length and space in pixels.
 const GUIDE: RGBColor = RGBColor(110, 110, 110);
+const DASHES: [(u32, u32); 3] = [(7, 4), (2, 3), (14, 4)];
 
 impl Plot {
     /// [`Plot::to_svg`] in a figure that scrolls where it does not fit.
@@ -125,8 +126,8 @@ impl Plot {
             .x_label_formatter(&|value| tick_label(*value))
             .y_label_formatter(&|value| tick_label(*value))
             .draw()?;
-        for (_, points) in &self.guides {
-            chart.draw_series([dashed(self.shown(points))])?;
+        for ((_, points), dashes) in self.guides.iter().zip(DASHES.into_iter().cycle()) {
+            chart.draw_series([dashed(self.shown(points), dashes)])?;
         }
         for (color, (_, points)) in COLORS.iter().cycle().zip(&self.series) {
             let points = self.shown(points);
@@ -143,16 +144,22 @@ impl Plot {
             area.draw(&Circle::new((10, y), 3, color.filled()))?;
             area.draw(&Text::new(name.clone(), (28, y - 4), ("sans-serif", 13)))?;
         }
-        for ((name, _), y) in self.guides.iter().zip((60 + 22 * self.series.len() as i32..).step_by(22)) {
-            area.draw(&dashed(vec![(0, y), (20, y)]))?;
+        let below = 60 + 22 * self.series.len() as i32;
+        let dashes = DASHES.into_iter().cycle();
+        for (((name, _), y), dashes) in self.guides.iter().zip((below..).step_by(22)).zip(dashes) {
+            area.draw(&dashed(vec![(0, y), (20, y)], dashes))?;
             area.draw(&Text::new(name.clone(), (28, y - 4), ("sans-serif", 13)))?;
         }
         Ok(())
     }
 }
 
-fn dashed<Coord: Clone>(points: Vec<Coord>) -> DashedPathElement<std::vec::IntoIter<Coord>, u32> {
-    DashedPathElement::new(points, 6, 4, GUIDE.stroke_width(1))
+/// A line of dashes so long and so far apart, in pixels.
+fn dashed<C: Clone>(
+    points: Vec<C>,
+    (length, space): (u32, u32),
+) -> DashedPathElement<std::vec::IntoIter<C>, u32> {
+    DashedPathElement::new(points, length, space, GUIDE.stroke_width(1))
 }
 
 /// Round numbers from `min` to `max` on a logarithmic axis: the fewer decades there are, the more of each.
@@ -202,6 +209,15 @@ mod tests {
         let edge = PLOT_SIZE.0 - LEGEND_WIDTH;
         assert!(["a&lt;b", "c", "none"].iter().all(|name| x_of(name) > edge));
         assert!(["points", "ms"].iter().all(|name| x_of(name) < edge));
+    }
+
+    #[test]
+    fn guides_are_dashed_and_named() {
+        let (with, without) = (page().plots[1].clone(), Plot { guides: vec![], ..page().plots[1].clone() });
+        let count = |plot: &Plot, what: &str| plot.to_svg().matches(what).count();
+        assert!(count(&with, "<polyline") > count(&without, "<polyline") + 20, "many dashes");
+        assert_eq!((count(&with, "\ntheory\n"), count(&without, "\ntheory\n")), (1, 0));
+        assert_eq!(count(&with, "<circle"), count(&without, "<circle"), "nothing was measured on a guide");
     }
 
     #[test]

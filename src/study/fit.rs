@@ -34,21 +34,21 @@ impl PowerLaw {
     pub fn reaches(&self, y: f64) -> Option<f64> {
         (self.exponent > 0.0).then(|| (self.factor / y).powf(1.0 / self.exponent))
     }
-
-    /// By how much `x` grows where `y` halves, `2^(1/exponent)`; infinite where it never does.
-    pub fn price_of_half(&self) -> f64 {
-        if self.exponent > 0.0 { (1.0 / self.exponent).exp2() } else { f64::INFINITY }
-    }
 }
 
-/// How many octaves at the end of a curve a fit goes by: the slope changes on the way, and what comes next follows the
+/// By how much `x` grows where a power law `x^-exponent` halves, `2^(1/exponent)`; infinite where it never does.
+pub fn price_of_half(exponent: f64) -> f64 {
+    if exponent > 0.0 { (1.0 / exponent).exp2() } else { f64::INFINITY }
+}
+
+/// The factor in `x` at the end of a curve that a fit goes by: the slope changes on the way, and what comes next follows the
 /// last part.
-const OCTAVES: f64 = 8.0;
+const END: f64 = 8.0;
 
 /// The last of `points`, which ascend: those within a factor of eight of the last; all where these are less than three.
 pub fn tail(points: &[(f64, f64)]) -> &[(f64, f64)] {
     let Some(&(last, _)) = points.last() else { return points };
-    let first = points.partition_point(|&(x, _)| OCTAVES * x < last);
+    let first = points.partition_point(|&(x, _)| END * x < last);
     if points.len() - first < 3 { points } else { &points[first..] }
 }
 
@@ -127,7 +127,7 @@ mod tests {
         let fit = PowerLaw::through(&points).unwrap();
         assert!((fit.exponent - law.exponent).abs() < 1e-12 && (fit.factor - 40.0).abs() < 1e-9);
         assert!((fit.reaches(5.0).unwrap() - 512.0).abs() < 1e-6);
-        assert!((fit.price_of_half() - 8.0).abs() < 1e-9);
+        assert!((price_of_half(fit.exponent) - 8.0).abs() < 1e-9);
     }
 
     #[test]
@@ -136,7 +136,7 @@ mod tests {
         assert_eq!(PowerLaw::through(&[(2.0, 3.0)]), None);
         assert_eq!(PowerLaw::through(&[(2.0, 3.0), (2.0, 4.0), (3.0, 0.0)]), None);
         let growing = PowerLaw::through(&[(1.0, 1.0), (2.0, 2.0)]).unwrap();
-        assert_eq!((growing.reaches(0.5), growing.price_of_half()), (None, f64::INFINITY));
+        assert_eq!((growing.reaches(0.5), price_of_half(growing.exponent)), (None, f64::INFINITY));
     }
 
     #[test]

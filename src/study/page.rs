@@ -2,7 +2,7 @@
 
 use super::pictures::{Shown, gradient};
 use super::{Axis, Conclusion, Curve, Gallery, SecondsTo, StudyReport};
-use crate::report::{Cell, Document, Plot, Scale, Table, escape, with_code};
+use crate::report::{Cell, Document, Plot, Scale, Table, escape, facts_to_html, with_code};
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
@@ -19,7 +19,7 @@ error of the reference.";
 const PRICES: &str = "\
 The *exponent* p says how the error falls over the last three octaves of passes, N to the power of -p, with the 95 % interval \
 from the repetitions. In theory noise falls with half of alpha and bias with 1 - alpha (Knaus and Zwicker 2011; equal, a \
-third, at alpha 2/3). *Half costs* is the factor in seconds that halves the error at the end of the curve. The last columns \
+third, at alpha 2/3). *Half costs* follows from it: so many times the passes, and nearly so many times the seconds, for half the error. The last columns \
 are seconds to an error: measured, interpolated between points; or, after \u{2248}, not reached but predicted from the end \
 of the curve, which holds only as long as the curve goes on like that.";
 
@@ -31,7 +31,6 @@ pub fn page(report: &StudyReport, gallery: &Gallery) -> String {
     facts.push(("Each run", format!("{:.3} s on {} threads", report.seconds_per_run, report.threads)));
     facts.push(("Repetitions", report.repetitions.to_string()));
     facts.push(("Made by", report.command.clone()));
-    facts.extend(report.machine.lines());
     let body = [
         warnings(report),
         format!("<p>{}</p>\n", text(HOW_TO_READ)),
@@ -43,6 +42,7 @@ pub fn page(report: &StudyReport, gallery: &Gallery) -> String {
         ),
         Axis::ALL.iter().map(|&axis| of_axis(report, axis)).collect(),
         pictures(report, gallery),
+        format!("<h2>The machine</h2>\n{}", facts_to_html(&report.machine.lines())),
         format!(
             "<h2>All points</h2>\n<details><summary>Show the table</summary>\n{}</details>\n",
             report.points().to_html()
@@ -142,23 +142,26 @@ fn price(curve: &Curve) -> Option<Vec<Cell>> {
 }
 
 fn spread(middle: f64, min: f64, max: f64) -> String {
-    let [middle, min, max] = [middle, min, max].map(Cell::Number);
+    let [middle, min, max] = [middle, min, max].map(|x| digits(x, 3));
     format!("{middle} ({min} to {max})")
 }
 
 fn conclusion(to: &SecondsTo) -> Cell {
     Cell::Text(match to.seconds {
         Conclusion::Measured(seconds) => spread(seconds.median, seconds.min, seconds.max),
-        Conclusion::Predicted(seconds) => format!("\u{2248} {} predicted", two_digits(seconds)),
+        Conclusion::Predicted(seconds) => format!("\u{2248} {} predicted", digits(seconds, 2)),
         Conclusion::OutOfReach => "not reached".into(),
     })
 }
 
-/// No more than a prediction deserves.
-fn two_digits(x: f64) -> String {
-    let unit = 10f64.powf(x.log10().floor() - 1.0);
-    let decimals = (-unit.log10().floor()).max(0.0) as usize;
-    format!("{:.decimals$}", (x / unit).round() * unit)
+/// So many digits as the number deserves.
+fn digits(x: f64, count: i32) -> String {
+    if x <= 0.0 || !x.is_finite() {
+        return Cell::Number(x).to_string();
+    }
+    let exponent = x.log10().floor() as i32 - count + 1;
+    let unit = 10f64.powi(exponent);
+    format!("{:.*}", -exponent.min(0) as usize, (x / unit).round() * unit)
 }
 
 fn front(report: &StudyReport) -> String {
@@ -210,27 +213,30 @@ fn of_axis(report: &StudyReport, axis: Axis) -> String {
     let is_shown = |curve: &&Curve| of_it(curve) || curve.axis == Axis::Baseline.to_string();
     let shown: Vec<&Curve> = report.curves.iter().filter(is_shown).collect();
     let series = shown.iter().map(|curve| (curve.name.to_owned(), measured(curve))).collect();
-    let has_own_slope = |curve: &&&Curve| axis == Axis::Alpha || of_it(curve) && axis == Axis::Method;
-    let mut guides: Vec<_> =
-        shown.iter().filter(has_own_slope).filter_map(|curve| noise_guide(curve)).collect();
-    if guides.len() < shown.len() && axis != Axis::Alpha {
-        guides.extend(shown.first().into_iter().flat_map(|baseline| baseline_guides(baseline)));
-    }
-    section(axis.question(), "", &plot("Error against time", series, guides).to_figure())
-        .replace("<p></p>\n", "")
+    let guides = shown.first().map_or(Vec::new(), |baseline| guides(axis, baseline, &shown));
+    let plot = plot("Error against time", series, guides).to_figure();
+    format!("<h2>{}</h2>\n{plot}", escape(axis.question()))
 }
 
 type Line = (String, Vec<(f64, f64)>);
 
-fn baseline_guides(curve: &Curve) -> Vec<Line> {
-    let bias = curve.theory.bias.filter(|bias| *bias > 0.0);
-    let bias = bias.and_then(|exponent| guide(curve, exponent, format!("bias: slope -{exponent:.2}")));
-    noise_guide(curve).into_iter().chain(bias).collect()
-}
-
-fn noise_guide(curve: &Curve) -> Option<Line> {
-    let exponent = curve.theory.noise;
-    guide(curve, exponent, format!("theory, {}: -{exponent:.2}", curve.name))
+/// The slopes of theory, all through one point of the baseline: its own, or those that the axis tells apart.
+fn guides(axis: Axis, baseline: &Curve, shown: &[&Curve]) -> Vec<Line> {
+    let noise = |curve: &Curve, name: &str| (curve.theory.noise, format!("noise in theory, {name}"));
+    let slopes: Vec<(f64, String)> = match axis {
+        Axis::Alpha => {
+            let of = |name| shown.iter().find(|curve| curve.name == name).map(|curve| noise(curve, name));
+            ["alpha 1/2", "alpha 2/3", "alpha 1"].into_iter().filter_map(of).collect()
+        }
+        Axis::Method => shown.iter().map(|curve| noise(curve, curve.name)).collect(),
+        _ => {
+            let bias = baseline.theory.bias.filter(|bias| *bias > 0.0);
+            let bias = bias.map(|exponent| (exponent, "bias in theory".to_owned()));
+            [(baseline.theory.noise, "noise in theory".to_owned())].into_iter().chain(bias).collect()
+        }
+    };
+    let line = |(exponent, name): (f64, String)| guide(baseline, exponent, format!("{name}: -{exponent:.2}"));
+    slopes.into_iter().filter_map(line).collect()
 }
 
 /// A line of the slope through the middle point of the curve, as long as the curve.
@@ -294,9 +300,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn predictions_have_two_digits() {
-        let texts = [0.01234, 0.99, 1.26, 12.6, 126.0, 98765.0].map(two_digits);
+    fn numbers_have_the_digits_that_they_deserve() {
+        let texts = [0.01234, 0.99, 1.26, 12.6, 126.0, 98765.0].map(|x| digits(x, 2));
         assert_eq!(texts, ["0.012", "0.99", "1.3", "13", "130", "99000"]);
+        let texts = [0.01234, 1.0, 12.6, 126.4, 0.0, f64::NAN].map(|x| digits(x, 3));
+        assert_eq!(texts, ["0.0123", "1.00", "12.6", "126", "0.000", "-"]);
     }
 
     #[test]

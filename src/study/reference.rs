@@ -236,7 +236,7 @@ mod tests {
     }
 
     fn made(folder: &Path, recipe: &Recipe) -> Reference {
-        make(&desc(), recipe, folder, &Bounded::to(1)).unwrap().unwrap()
+        make(&desc(), recipe, folder, &Bounded::to(u32::MAX)).unwrap().unwrap()
     }
 
     #[test]

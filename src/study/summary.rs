@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::fit::{Confidence, PowerLaw, crossing, tail};
+use super::fit::{Confidence, PowerLaw, crossing, price_of_half, tail};
 use super::{Configuration, Method, Run, Subject};
 use crate::bench::timing::Spread;
 
@@ -104,7 +104,7 @@ pub struct Curve {
     pub exponent_half_width: Option<f64>,
     /// Exponents that theory has.
     pub theory: Theory,
-    /// How many times the seconds half the error costs at the end of the curve; none where it cannot be had.
+    /// How many times the steps half the error costs, by the exponent; none where it cannot be had.
     pub price_of_half: Option<f64>,
     /// Seconds to each error asked for.
     pub seconds_to: Vec<SecondsTo>,
@@ -135,7 +135,7 @@ impl Curve {
             exponent: exponent.map(|e| e.mean),
             exponent_half_width: exponent.and_then(|e| e.half_width),
             theory: Theory::of(configuration),
-            price_of_half: law.map(|law| law.price_of_half()).filter(|price| *price < FARTHEST),
+            price_of_half: exponent.map(|e| price_of_half(e.mean)).filter(|price| *price < FARTHEST),
             seconds_to: targets.iter().map(|&percent| seconds_to(percent, runs, law, &points)).collect(),
             command: points.last().map(|p| p.command.clone()).unwrap_or_default(),
             points,
@@ -212,7 +212,7 @@ pub mod tests {
         let first = &curve.points[0];
         assert_eq!(first.seconds, Spread { median: 2.0, min: 1.0, max: 3.0 });
         assert!((first.error_percent.mean - 40.0).abs() < 1e-9);
-        assert!((curve.price_of_half.unwrap() - 4.0).abs() < 0.1);
+        assert!((curve.price_of_half.unwrap() - 4.0).abs() < 1e-6);
         assert!(curve.command.contains("--passes 16 --seed 1"), "{}", curve.command);
     }
 
