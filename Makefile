@@ -6,7 +6,7 @@ CAUSTICA := $(TARGET)/release/caustica
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup build render test lint check-docs bench instructions install clean
+.PHONY: help setup build render test lint check-docs bench study instructions install clean
 
 help: ## List these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' Makefile
@@ -42,6 +42,9 @@ bench: build data/surface.obj ## Measure the photon pass, the gathering and the 
 	$(CAUSTICA) bench --pass data/course_diffuse.toml --html out/bench_pass.html
 	$(CAUSTICA) bench --gather --points 1e5,1e6 --radii 0.1,0.4,1,5 --repetitions 3 --html out/bench_gather.html
 	$(CAUSTICA) bench --rays --triangles 36,131072 --repetitions 3 --html out/bench_rays.html
+
+study: build data/surface.obj ## Measure what accuracy costs in the water scene, in seven minutes, into out/study/
+	$(CAUSTICA) study data/course_water.toml --make-reference -o out/study
 
 instructions: setup ## Count the instructions of kernels by callgrind
 	scripts/count_instructions.py

@@ -2,6 +2,7 @@ use std::ops::RangeBounds;
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 
 use crate::bsdf::DiffuseSampling;
@@ -341,8 +342,8 @@ pub struct StudyArgs {
     #[arg(long)]
     pub list: bool,
     /// Measure along these axes alone, beside the baseline [default: all]
-    #[arg(long, value_enum, value_name = "AXIS,..", value_delimiter = ',')]
-    pub axes: Vec<StudyAxis>,
+    #[arg(long, value_name = "AXIS,..", value_delimiter = ',', value_parser = axis())]
+    pub axes: Vec<Axis>,
     /// A minute for small pictures
     #[arg(long, conflicts_with = "full")]
     pub quick: bool,
@@ -391,44 +392,6 @@ impl StudyArgs {
 
     pub fn budget(&self) -> f64 {
         self.budget.unwrap_or(self.effort().budget)
-    }
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum StudyAxis {
-    /// The share of photons that is kept
-    Alpha,
-    /// The initial radius
-    Radius,
-    /// Photons a pass
-    Photons,
-    /// Eye samples a pixel
-    Samples,
-    /// Uniform against cosine-weighted bounces
-    Sampling,
-    /// Path tracing against photon mapping
-    Method,
-    /// Embree with and without cracks, and the program's own tree
-    Traversal,
-    /// Specular chains left out
-    Effects,
-    /// Several changes at a time
-    Pairs,
-}
-
-impl From<StudyAxis> for Axis {
-    fn from(axis: StudyAxis) -> Axis {
-        match axis {
-            StudyAxis::Alpha => Axis::Alpha,
-            StudyAxis::Radius => Axis::Radius,
-            StudyAxis::Photons => Axis::Photons,
-            StudyAxis::Samples => Axis::Samples,
-            StudyAxis::Sampling => Axis::Sampling,
-            StudyAxis::Method => Axis::Method,
-            StudyAxis::Traversal => Axis::Traversal,
-            StudyAxis::Effects => Axis::Effects,
-            StudyAxis::Pairs => Axis::Pairs,
-        }
     }
 }
 
@@ -557,6 +520,10 @@ fn size(text: &str) -> Result<FilmDesc, String> {
     let sides = text.split_once('x').and_then(|(width, height)| Some((side(width)?, side(height)?)));
     let (width, height) = sides.ok_or("write WIDTHxHEIGHT, such as 640x480, with sides from 1 to 16384")?;
     Ok(FilmDesc { width, height })
+}
+
+fn axis() -> impl TypedValueParser<Value = Axis> {
+    PossibleValuesParser::new(Axis::ALL.map(Axis::name)).try_map(|name| Axis::named(&name).ok_or("no axis"))
 }
 
 fn threads(text: &str) -> Result<usize, String> {

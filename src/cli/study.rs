@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::args::{StudyArgs, StudyAxis};
+use super::args::StudyArgs;
 use super::error::{CliError, Outcome};
 use super::interrupt::Interrupt;
 use super::{load, use_threads};
@@ -68,8 +68,7 @@ fn baseline(desc: &SceneDesc, settings: Settings, seed: u64) -> Result<Settings,
 }
 
 fn axes(args: &StudyArgs) -> Vec<Axis> {
-    let wanted: Vec<Axis> = args.axes.iter().copied().map(StudyAxis::into).collect();
-    if wanted.is_empty() { Axis::ALL.to_vec() } else { wanted }
+    if args.axes.is_empty() { Axis::ALL.to_vec() } else { args.axes.clone() }
 }
 
 fn list(configurations: &[Configuration], subject: &Subject) {
@@ -120,11 +119,12 @@ impl Study<'_> {
         let plan = self.plan(desc, configurations);
         let finished = journal.runs().len();
         let (runs, pictures) = (plan.runs(), folder.join("pictures"));
-        self.watch.expect("run", runs.into());
+        self.watch.announce("run", runs.into());
         let measured = measure(&plan, &reference, &mut journal, &pictures, &self.watch);
         self.watch.bar.borrow().finish_and_clear();
         measured?;
-        eprintln!("{} runs measured now, {finished} were there before", journal.runs().len() - finished);
+        let now = journal.runs().len() - finished;
+        eprintln!("{now} runs measured now; {finished} were noted before, those of other settings included");
         let report = StudyReport::new(
             &plan,
             &self.subject,
@@ -145,7 +145,7 @@ impl Study<'_> {
         let effort = self.args.effort();
         let seconds = REFERENCE_SHARE * self.args.budget();
         let recipe = Recipe::new(baseline, effort.reference_passes, effort.reference_renders, seconds);
-        self.watch.expect("reference", recipe.renders.into());
+        self.watch.announce("reference", recipe.renders.into());
         let made = reference::make(desc, &recipe, &self.args.output, &self.watch)?;
         self.watch.bar.borrow().finish_and_clear();
         let Some(reference) = made else {
@@ -175,7 +175,7 @@ impl Study<'_> {
             repetitions: self.args.repetitions,
             seconds_per_run: share * self.args.budget() / runs,
             seed: self.args.seed,
-            surroundings: format!("{:?} {}", self.machine, rayon::current_num_threads()),
+            surroundings: format!("{:?} {} {}", self.machine, rayon::current_num_threads(), program()),
         }
     }
 
@@ -192,6 +192,12 @@ impl Study<'_> {
         eprintln!("wrote {}, and study.json and study.csv beside it", html.display());
         Ok(())
     }
+}
+
+/// What tells this build from others, whose times are not its own.
+fn program() -> String {
+    let file = std::env::current_exe().and_then(std::fs::metadata);
+    file.map_or_else(|_| String::new(), |file| format!("{} {:?}", file.len(), file.modified().ok()))
 }
 
 /// As the user typed it.
@@ -226,7 +232,7 @@ impl Overseer {
         Overseer { interrupt: Interrupt::listen(), deadline, first_is_done: Cell::new(false), bar }
     }
 
-    fn expect(&self, what: &'static str, count: u64) {
+    fn announce(&self, what: &'static str, count: u64) {
         self.first_is_done.set(false);
         let bar = ProgressBar::new(count);
         if let Ok(style) = ProgressStyle::with_template("{prefix} {pos}/{len} [{wide_bar}] {msg}, {eta} left")

@@ -18,12 +18,14 @@ pub struct Page {
 
 const STYLE: &str = "\
 body { font: 15px/1.5 sans-serif; color: #222; max-width: 84em; margin: 2em auto; padding: 0 1em }
+h1, p { overflow-wrap: anywhere }
 p, dl { max-width: 68em }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: 12px; margin: 1em 0 }
 th, td { padding: .2em .5em; text-align: right; white-space: nowrap; border-bottom: 1px solid #ddd }
 thead th { border-bottom: 2px solid #888; vertical-align: bottom; white-space: normal }
 .words, dl { text-align: left }
 dl { display: grid; grid-template-columns: max-content minmax(0, auto); gap: .1em 1.5em }
+.code span { white-space: nowrap }
 .code { white-space: normal; min-width: 22em; max-width: 40em }
 dt { color: #666 }
 dd { margin: 0; overflow-wrap: anywhere }

@@ -75,7 +75,7 @@ impl Table {
         let titles: String = self.columns.iter().enumerate().map(title).collect();
         let cell = |cell: &Cell| match cell {
             Cell::Text(text) => format!("<td class=\"words\">{}</td>", escape(text)),
-            Cell::Code(text) => format!("<td class=\"words code\"><code>{}</code></td>", escape(text)),
+            Cell::Code(text) => format!("<td class=\"words code\"><code>{}</code></td>", command(text)),
             _ => format!("<td>{cell}</td>"),
         };
         let row = |row: &Vec<Cell>| format!("<tr>{}</tr>\n", row.iter().map(cell).collect::<String>());
@@ -99,6 +99,15 @@ impl Table {
             .iter()
             .any(|row| matches!(&row[column], Cell::Text(text) | Cell::Code(text) if !text.is_empty()))
     }
+}
+
+/// Browsers break lines behind the hyphens of options unless they are told not to.
+fn command(line: &str) -> String {
+    let word = |word: &str| match word.starts_with("--") {
+        true => format!("<span>{}</span>", escape(word)),
+        false => escape(word),
+    };
+    line.split(' ').map(word).collect::<Vec<_>>().join(" ")
 }
 
 fn csv_field(cell: &Cell) -> String {
@@ -128,6 +137,14 @@ a, \"b\" <c>  4000000       1235
 d                 7    0.01235
 ";
         assert_eq!(page().table.to_text(), expected);
+    }
+
+    #[test]
+    fn commands_break_between_words_alone() {
+        let table = Table { columns: vec!["how"], rows: vec![vec![Cell::Code("a <b> --c-d 1".into())]] };
+        let cell = "<td class=\"words code\"><code>a &lt;b&gt; <span>--c-d</span> 1</code></td>";
+        assert!(table.to_html().contains(cell), "{}", table.to_html());
+        assert!(table.to_text().contains("a <b> --c-d 1\n") && table.to_csv().contains("\na <b> --c-d 1\n"));
     }
 
     #[test]

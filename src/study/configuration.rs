@@ -46,37 +46,40 @@ impl Axis {
         Axis::Pairs,
     ];
 
+    /// The axis of this name.
+    pub fn named(name: &str) -> Option<Axis> {
+        Axis::ALL.into_iter().find(|axis| axis.name() == name)
+    }
+
+    /// What a command line calls it.
+    pub fn name(self) -> &'static str {
+        self.words().0
+    }
+
     /// What it asks, as a heading.
     pub fn question(self) -> &'static str {
+        self.words().1
+    }
+
+    fn words(self) -> (&'static str, &'static str) {
         match self {
-            Axis::Baseline => "The baseline",
-            Axis::Alpha => "How fast radii shrink",
-            Axis::Radius => "Where radii begin",
-            Axis::Photons => "Photons a pass",
-            Axis::Samples => "Eye samples a pixel",
-            Axis::Sampling => "Uniform or cosine-weighted bounces",
-            Axis::Method => "Photon mapping or path tracing",
-            Axis::Traversal => "Who answers the rays",
-            Axis::Effects => "An effect left out",
-            Axis::Pairs => "Several changes at a time",
+            Axis::Baseline => ("baseline", "The baseline"),
+            Axis::Alpha => ("alpha", "How fast radii shrink"),
+            Axis::Radius => ("radius", "Where radii begin"),
+            Axis::Photons => ("photons", "Photons a pass"),
+            Axis::Samples => ("samples", "Eye samples a pixel"),
+            Axis::Sampling => ("sampling", "Uniform or cosine-weighted bounces"),
+            Axis::Method => ("method", "Photon mapping or path tracing"),
+            Axis::Traversal => ("traversal", "Who answers the rays"),
+            Axis::Effects => ("effects", "An effect left out"),
+            Axis::Pairs => ("pairs", "Several changes at a time"),
         }
     }
 }
 
 impl fmt::Display for Axis {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.pad(match self {
-            Axis::Baseline => "baseline",
-            Axis::Alpha => "alpha",
-            Axis::Radius => "radius",
-            Axis::Photons => "photons",
-            Axis::Samples => "samples",
-            Axis::Sampling => "sampling",
-            Axis::Method => "method",
-            Axis::Traversal => "traversal",
-            Axis::Effects => "effects",
-            Axis::Pairs => "pairs",
-        })
+        f.pad(self.name())
     }
 }
 
@@ -215,6 +218,12 @@ impl Configuration {
             .collect()
     }
 
+    /// Whether its picture may never become the reference's, however long it takes: no path of a path tracer finds a point
+    /// light through glass.
+    pub fn may_lack_light(&self) -> bool {
+        self.axis == Axis::Effects || self.method == Method::PathTracing
+    }
+
     /// The name as part of a file's.
     pub fn file_stem(&self) -> String {
         let plain = |c: char| if c.is_ascii_alphanumeric() || c == '.' { c } else { '_' };
@@ -249,6 +258,7 @@ mod tests {
         assert_eq!(all.len(), CHANGES.len());
         for axis in Axis::ALL {
             assert!(all.iter().any(|c| c.axis == axis), "{axis}");
+            assert_eq!(Axis::named(axis.name()), Some(axis));
         }
         for (k, a) in all.iter().enumerate() {
             for b in &all[k + 1..] {

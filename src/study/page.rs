@@ -21,7 +21,8 @@ The *exponent* p says how the error falls over the last three octaves of passes,
 from the repetitions. In theory noise falls with half of alpha and bias with 1 - alpha (Knaus and Zwicker 2011; equal, a \
 third, at alpha 2/3). *Half costs* follows from it: so many times the passes, and nearly so many times the seconds, for half the error. The last columns \
 are seconds to an error: measured, interpolated between points; or, after \u{2248}, not reached but predicted from the end \
-of the curve, which holds only as long as the curve goes on like that.";
+of the curve, which holds only as long as the curve goes on like that. No prediction is made for path tracing, which never finds a point \
+light through glass or water, nor where an effect is left out: such curves end at the light that they lack.";
 
 /// The whole page.
 pub fn page(report: &StudyReport, gallery: &Gallery) -> String {
@@ -143,13 +144,13 @@ fn price(curve: &Curve) -> Option<Vec<Cell>> {
 
 fn spread(middle: f64, min: f64, max: f64) -> String {
     let [middle, min, max] = [middle, min, max].map(|x| digits(x, 3));
-    format!("{middle} ({min} to {max})")
+    format!("{middle} ({min}\u{a0}to\u{a0}{max})")
 }
 
 fn conclusion(to: &SecondsTo) -> Cell {
     Cell::Text(match to.seconds {
         Conclusion::Measured(seconds) => spread(seconds.median, seconds.min, seconds.max),
-        Conclusion::Predicted(seconds) => format!("\u{2248} {} predicted", digits(seconds, 2)),
+        Conclusion::Predicted(seconds) => format!("\u{2248}\u{a0}{} predicted", digits(seconds, 2)),
         Conclusion::OutOfReach => "not reached".into(),
     })
 }

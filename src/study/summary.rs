@@ -126,8 +126,9 @@ impl Curve {
             runs[0].points.iter().map(|p| point(runs, p.steps, command(p.steps))).collect();
         let exponents: Vec<f64> = runs.iter().filter_map(|run| law_of(run)).map(|law| law.exponent).collect();
         let exponent = Confidence::of(&exponents);
-        let mean = |p: &CurvePoint| (p.seconds.median, p.error_percent.mean);
+        let mean = |p: &CurvePoint| (f64::from(p.steps), p.error_percent.mean);
         let law = PowerLaw::through(tail(&points.iter().map(mean).collect::<Vec<_>>()));
+        let law = law.filter(|_| !configuration.may_lack_light());
         Some(Curve {
             name: configuration.name,
             axis: configuration.axis.to_string(),
@@ -173,8 +174,10 @@ fn seconds_to(percent: f64, runs: &[&Run], law: Option<PowerLaw>, points: &[Curv
         crossing(&points, percent)
     };
     let reached: Option<Vec<f64>> = runs.iter().map(of_run).collect();
-    let last = points.last().map_or(0.0, |p| p.seconds.median);
-    let predicted = law.and_then(|law| law.reaches(percent)).filter(|s| *s <= FARTHEST * last);
+    // A step costs what the steps so far did: their clock is less noisy than that of the last few.
+    let (last, steps) = points.last().map_or((0.0, 1.0), |p| (p.seconds.median, f64::from(p.steps)));
+    let predicted = law.and_then(|law| law.reaches(percent)).map(|needed| last * needed / steps);
+    let predicted = predicted.filter(|seconds| *seconds <= FARTHEST * last);
     let seconds = match (reached, predicted) {
         (Some(seconds), _) => Conclusion::Measured(Spread::of(seconds)),
         (None, Some(seconds)) => Conclusion::Predicted(seconds.max(last)),
@@ -229,6 +232,10 @@ pub mod tests {
         assert_eq!(flat[0], Conclusion::OutOfReach, "a curve that does not fall gets nowhere");
         let split = seconds(&[run(0, 0.5, 1.0), run(1, 0.1, 1.0)]);
         assert!(matches!(split[1], Conclusion::Predicted(_)), "all repetitions must get there");
+        let path_tracing = &plan().configurations[1];
+        let curve = Curve::of(path_tracing, &[&run(0, 0.5, 1.0)], &subject(), &[20.0, 5.0]).unwrap();
+        assert!(matches!(curve.seconds_to[0].seconds, Conclusion::Measured(_)));
+        assert_eq!(curve.seconds_to[1].seconds, Conclusion::OutOfReach, "what lacks light is not drawn on");
     }
 
     #[test]
