@@ -64,7 +64,9 @@ fn assert_refused(sandbox: &Sandbox, arguments: &[&str], words: &[&str]) {
 #[test]
 fn help_shows_examples_and_every_command() {
     let help = text(&caustica(&["--help"]).stdout);
-    for word in ["render", "reference", "compare", "info", "surface", "bench", "Examples:", "Exit codes:"] {
+    for word in
+        ["render", "reference", "compare", "info", "surface", "bench", "study", "Examples:", "Exit codes:"]
+    {
         assert!(help.contains(word), "`{word}` is missing");
     }
     assert!(text(&caustica(&["render", "--help"]).stdout).contains("Examples:"));

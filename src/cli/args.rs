@@ -27,6 +27,7 @@ Examples:
   caustica render data/cornell_b.toml --time 60 --json out/passes.jsonl
   caustica reference data/course_diffuse.toml --spp 256 -o out/reference.exr
   caustica compare out/course_diffuse.exr out/reference.exr --fail-above relmse=0.01
+  caustica study data/course_water.toml --make-reference
 
 Exit codes: 0 done; 1 a comparison exceeded its bound or a file could not be written; 2 wrong input or
 arguments, nothing was written; 130 interrupted, the picture so far was written.";

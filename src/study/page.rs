@@ -135,11 +135,19 @@ fn price(curve: &Curve) -> Option<Vec<Cell>> {
         Cell::Text(exponent),
         exact(curve.theory.noise),
         curve.theory.bias.map_or(Cell::Text("none".into()), exact),
-        Cell::Text(curve.price_of_half.map_or("cannot be had".into(), |x| format!("x {x:.1}"))),
+        Cell::Text(half_costs(curve)),
     ];
     cells.extend(curve.seconds_to.iter().map(conclusion));
     cells.push(Cell::Code(curve.command.clone()));
     Some(cells)
+}
+
+fn half_costs(curve: &Curve) -> String {
+    match (curve.price_of_half, curve.exponent) {
+        (Some(times), _) => format!("x {times:.1}"),
+        (None, Some(_)) => "cannot be had".into(),
+        (None, None) => "-".into(),
+    }
 }
 
 fn spread(middle: f64, min: f64, max: f64) -> String {
