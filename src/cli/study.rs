@@ -1,5 +1,5 @@
 use std::cell::{Cell, RefCell};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -212,7 +212,7 @@ fn without_commands(mut table: Table) -> Table {
     table
 }
 
-fn write(path: &PathBuf, text: &str) -> Result<(), CliError> {
+fn write(path: &Path, text: &str) -> Result<(), CliError> {
     Ok(write_atomically(path, |out| out.write_all(text.as_bytes()))?)
 }
 

@@ -1,6 +1,6 @@
 //! What accuracy costs in time: error against seconds for a set of configurations.
 //!
-//! [`configurations`] lists what is measured against what, [`reference`] makes the picture that all are held against,
+//! [`configurations`] lists what is measured against what, [`mod@reference`] makes the picture that all are held against,
 //! [`measure`] renders in turn and notes errors in a [`Journal`], and [`StudyReport`] sums up: as JSON, as CSV and as
 //! one page for a browser.
 
