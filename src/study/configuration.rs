@@ -111,7 +111,7 @@ pub struct Configuration {
 type Change = fn(&mut Configuration);
 
 /// The whole list: a new axis is a new name above and a few rows here.
-const CHANGES: [(Axis, &str, Change); 20] = [
+const CHANGES: &[(Axis, &str, Change)] = &[
     (Axis::Baseline, "baseline", |_| ()),
     (Axis::Alpha, "alpha 1/2", |c| c.settings.alpha = 0.5),
     (Axis::Alpha, "alpha 2/3", |c| c.settings.alpha = 2.0 / 3.0),
