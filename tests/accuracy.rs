@@ -28,7 +28,9 @@ fn fine(scene: &Scene, rough: &Settings) -> Image {
 
 fn after(scene: &Scene, settings: Settings, passes: u32) -> Render<'_> {
     let mut render = Render::new(scene, settings);
-    (0..passes).for_each(|_| drop(render.pass()));
+    for _ in 0..passes {
+        render.pass();
+    }
     render
 }
 
@@ -48,7 +50,10 @@ fn assert_bounds_are_honest(name: &str, radius: f64, photons: u64) {
     for (confidence, allowed) in [(0.9, 0.85..=0.95), (0.5, 0.45..=0.55)] {
         let share = coverage(&render, &reference, confidence);
         eprintln!("{name}: {share:.3} within bounds of {confidence}");
-        assert!(allowed.contains(&share), "{name}: {share:.3} of all errors are within the bounds of {confidence}");
+        assert!(
+            allowed.contains(&share),
+            "{name}: {share:.3} of all errors are within the bounds of {confidence}"
+        );
     }
     let metrics = Metrics::between(&render.picture(), &reference).unwrap();
     let (truth, said) = (metrics.rel_mse.sqrt(), render.accuracy(0.9).unwrap().picture().error);

@@ -86,6 +86,9 @@ pub struct RenderArgs {
     /// How gather radii shrink from pass to pass
     #[arg(long, value_enum, default_value_t = RadiusPolicy::HitPoint)]
     pub radius_policy: RadiusPolicy,
+    /// How precisely hit points keep their statistics
+    #[arg(long, value_enum, default_value_t = Precision::Double)]
+    pub precision: Precision,
     /// How photons bounce off diffuse surfaces
     #[arg(long, value_enum, default_value_t = Sampling::Cosine)]
     pub sampling: Sampling,
@@ -406,6 +409,23 @@ pub enum RadiusPolicy {
     Tested,
     /// Not at all: noise falls, blur stays
     Fixed,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum Precision {
+    /// f64
+    Double,
+    /// f32: half the memory, to see what it costs; tested discs stay in f64
+    Single,
+}
+
+impl From<Precision> for ppm::Precision {
+    fn from(precision: Precision) -> ppm::Precision {
+        match precision {
+            Precision::Double => ppm::Precision::Double,
+            Precision::Single => ppm::Precision::Single,
+        }
+    }
 }
 
 impl From<RadiusPolicy> for ppm::RadiusPolicy {

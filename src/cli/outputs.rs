@@ -115,7 +115,7 @@ impl Outputs {
             .with("caustica:radius", Value::Double(render.setup().radius))
             .with("caustica:samples", Value::Integer(settings.samples.into()))
             .with("caustica:depth", Value::Integer(settings.depth.into()))
-            .with("caustica:radius_policy", Value::Text(format!("{:?}", settings.policy).to_lowercase()))
+            .with("caustica:radius_policy", Value::Text(settings.policy.to_string()))
             .with("caustica:sampling", Value::Text(format!("{:?}", settings.sampling).to_lowercase()))
             .with("caustica:traversal", Value::Text(self.traversal.to_string()))
             .with("caustica:seed", Value::Text(settings.seed.to_string()))

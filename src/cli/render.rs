@@ -5,7 +5,7 @@ use super::interrupt::Interrupt;
 use super::outputs::Outputs;
 use super::progress::{Budget, Progress};
 use super::{load, use_threads};
-use crate::ppm::{Precision, Render, Settings};
+use crate::ppm::{Render, Settings};
 use crate::scene::{Scene, SceneDesc};
 
 /// Renders a scene by photon mapping: passes until the budget is spent or the target reached, then the picture.
@@ -65,7 +65,7 @@ fn settings(args: &RenderArgs, desc: &SceneDesc) -> Settings {
         alpha: args.alpha.unwrap_or(of_scene.alpha),
         radius: args.radius.or(of_scene.radius),
         policy: args.radius_policy.into(),
-        precision: Precision::Double,
+        precision: args.precision.into(),
         sampling: args.sampling.into(),
         seed: args.run.seed,
         eye_seed: args.eye_seed,

@@ -1,3 +1,5 @@
+use std::fmt;
+
 /// How gather radii shrink from pass to pass.
 ///
 /// All of them keep `τ / R²`: each pass is measured by the radii that it was gathered with.
@@ -24,6 +26,17 @@ pub enum RadiusPolicy {
     Fixed,
 }
 
+impl fmt::Display for RadiusPolicy {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(match self {
+            RadiusPolicy::HitPoint => "hit-point",
+            RadiusPolicy::Shared => "shared",
+            RadiusPolicy::Tested => "tested",
+            RadiusPolicy::Fixed => "fixed",
+        })
+    }
+}
+
 impl RadiusPolicy {
     /// The share of its new photons by which each hit point shrinks on its own, for an `α` in (0, 1].
     pub(super) fn own_alpha(self, alpha: f64) -> f64 {
@@ -39,17 +52,23 @@ impl RadiusPolicy {
         (self == RadiusPolicy::Shared).then(|| (i + alpha) / (i + 1.0))
     }
 
-    /// `s` in `error ~ passes^-s` as passes go to infinity, 0 where radii do not shrink.
+    /// `s` in `noise ~ passes^-s` and in `bias ~ passes^-s` as passes go to infinity.
     ///
-    /// Noise falls as `i^(-α/2)`, bias as `i^(α - 1)`, and the slower of the two decides. Discs that are tested shrink where
-    /// light has a slope until the test misses it, as `R⁴ ~ 1/i`; then noise falls as `i^(-1/4)`.
-    pub fn asymptotic_exponent(self, alpha: f64) -> f64 {
+    /// Where `R²` falls as `i^(α - 1)`, noise falls as `i^(-α/2)` and bias as `i^(α - 1)`. Discs that are tested shrink where
+    /// light has a slope until the test misses it, as `R⁴ ~ 1/i`.
+    pub fn exponents(self, alpha: f64) -> [f64; 2] {
         match self {
-            RadiusPolicy::Fixed => 0.0,
-            _ if alpha == 1.0 => 0.0,
-            RadiusPolicy::Tested => 0.25,
-            RadiusPolicy::HitPoint | RadiusPolicy::Shared => (0.5 * alpha).min(1.0 - alpha),
+            RadiusPolicy::Fixed => [0.5, 0.0],
+            _ if alpha == 1.0 => [0.5, 0.0],
+            RadiusPolicy::Tested => [0.25, 0.5],
+            RadiusPolicy::HitPoint | RadiusPolicy::Shared => [0.5 * alpha, 1.0 - alpha],
         }
+    }
+
+    /// `s` in `error ~ passes^-s` as passes go to infinity, that of what falls more slowly; 0 where radii do not shrink.
+    pub fn asymptotic_exponent(self, alpha: f64) -> f64 {
+        let [noise, bias] = self.exponents(alpha);
+        noise.min(bias)
     }
 
     /// The mean of `R²` over many passes, in units of the last: `1 / α` where `R²` falls as `i^(α - 1)`.

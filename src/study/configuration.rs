@@ -3,7 +3,8 @@
 use std::fmt;
 
 use crate::bsdf::DiffuseSampling;
-use crate::ppm::Settings;
+use crate::ppm::{Precision, RadiusPolicy, Settings};
+use crate::reference;
 use crate::scene::Traversal;
 
 /// What a configuration changes about the baseline.
@@ -21,7 +22,11 @@ pub enum Axis {
     Samples,
     /// How photons bounce off diffuse surfaces.
     Sampling,
-    /// Photon mapping or path tracing.
+    /// What shrinks the radii.
+    Policy,
+    /// How precisely hit points keep their statistics.
+    Precision,
+    /// Photon mapping, path tracing or light tracing.
     Method,
     /// Who answers the rays.
     Traversal,
@@ -33,13 +38,15 @@ pub enum Axis {
 
 impl Axis {
     /// Every axis, in the order of the table; the baseline is measured beside any of them.
-    pub const ALL: [Axis; 10] = [
+    pub const ALL: [Axis; 12] = [
         Axis::Baseline,
         Axis::Alpha,
         Axis::Radius,
         Axis::Photons,
         Axis::Samples,
         Axis::Sampling,
+        Axis::Policy,
+        Axis::Precision,
         Axis::Method,
         Axis::Traversal,
         Axis::Effects,
@@ -69,7 +76,9 @@ impl Axis {
             Axis::Photons => ("photons", "Photons a pass"),
             Axis::Samples => ("samples", "Eye samples a pixel"),
             Axis::Sampling => ("sampling", "Uniform or cosine-weighted bounces"),
-            Axis::Method => ("method", "Photon mapping or path tracing"),
+            Axis::Policy => ("policy", "What shrinks the radii"),
+            Axis::Precision => ("precision", "Statistics in f64 or f32"),
+            Axis::Method => ("method", "Photon mapping, path tracing or light tracing"),
             Axis::Traversal => ("traversal", "Who answers the rays"),
             Axis::Effects => ("effects", "An effect left out"),
             Axis::Pairs => ("pairs", "Several changes at a time"),
@@ -88,8 +97,8 @@ impl fmt::Display for Axis {
 pub enum Method {
     /// [`crate::ppm::Render`]; a step is a pass.
     PhotonMapping,
-    /// [`crate::reference::PathTracer`]; a step is a sample a pixel.
-    PathTracing,
+    /// One of the estimators of [`crate::reference`]; a step is a sample a pixel.
+    Reference(reference::Method),
 }
 
 /// One way to render the scene.
@@ -125,7 +134,12 @@ const CHANGES: &[(Axis, &str, Change)] = &[
     (Axis::Samples, "samples /4", |c| c.settings.samples = (c.settings.samples / 4).max(1)),
     (Axis::Samples, "samples x4", |c| c.settings.samples *= 4),
     (Axis::Sampling, "uniform bounces", |c| c.settings.sampling = DiffuseSampling::Uniform),
-    (Axis::Method, "path tracing", |c| c.method = Method::PathTracing),
+    (Axis::Policy, "shared schedule", |c| c.settings.policy = RadiusPolicy::Shared),
+    (Axis::Policy, "tested discs", |c| c.settings.policy = RadiusPolicy::Tested),
+    (Axis::Policy, "fixed radius", |c| c.settings.policy = RadiusPolicy::Fixed),
+    (Axis::Precision, "f32 statistics", |c| c.settings.precision = Precision::Single),
+    (Axis::Method, "path tracing", |c| c.method = Method::Reference(reference::Method::Path)),
+    (Axis::Method, "light tracing", |c| c.method = Method::Reference(reference::Method::Light)),
     (Axis::Traversal, "Embree, fast", |c| c.traversal = Traversal::EmbreeFast),
     (Axis::Traversal, "own tree", |c| c.traversal = Traversal::Custom),
     (Axis::Effects, "no specular chains", |c| c.settings.depth = 0),
@@ -185,13 +199,15 @@ impl Configuration {
         let (width, height) = subject.size;
         let (command, count) = match self.method {
             Method::PhotonMapping => ("render", "passes"),
-            Method::PathTracing => ("reference", "spp"),
+            Method::Reference(_) => ("reference", "spp"),
         };
         let scene = quoted(&subject.scene);
         let mut line =
             format!("caustica {command} {scene} --size {width}x{height} --{count} {steps} --seed {seed}");
-        if self.method == Method::PhotonMapping {
-            line += &self.options(&subject.settings);
+        match self.method {
+            Method::PhotonMapping => line += &self.options(&subject.settings),
+            Method::Reference(reference::Method::Path) => (),
+            Method::Reference(reference::Method::Light) => line += " --method light",
         }
         if self.traversal != Traversal::Embree {
             line += &format!(" --traversal {}", self.traversal);
@@ -204,6 +220,7 @@ impl Configuration {
         let s = &self.settings;
         let radius = s.radius.map(|radius| radius.to_string()).unwrap_or_default();
         let sampling = format!("{:?}", s.sampling).to_lowercase();
+        let precision = format!("{:?}", s.precision).to_lowercase();
         let all = [
             (s.photons != scene.photons, "photons", s.photons.to_string()),
             (s.alpha != scene.alpha, "alpha", s.alpha.to_string()),
@@ -211,6 +228,8 @@ impl Configuration {
             (s.samples != scene.samples, "samples", s.samples.to_string()),
             (s.depth != scene.depth, "depth", s.depth.to_string()),
             (s.sampling != scene.sampling, "sampling", sampling),
+            (s.policy != scene.policy, "radius-policy", s.policy.to_string()),
+            (s.precision != scene.precision, "precision", precision),
         ];
         all.iter()
             .filter(|(differs, ..)| *differs)
@@ -218,10 +237,10 @@ impl Configuration {
             .collect()
     }
 
-    /// Whether its picture may never become the reference's, however long it takes: no path of a path tracer finds a point
-    /// light through glass.
+    /// Whether its picture may never become the reference's, however long it takes: no path from the eye finds a point
+    /// light through glass, and none from a light what mirrors show.
     pub fn may_lack_light(&self) -> bool {
-        self.axis == Axis::Effects || self.method == Method::PathTracing
+        self.axis == Axis::Effects || matches!(self.method, Method::Reference(_))
     }
 
     /// The name as part of a file's.
@@ -276,7 +295,10 @@ mod tests {
         };
         assert_eq!(names(&[]), ["baseline"]);
         assert_eq!(names(&[Axis::Radius]), ["baseline", "radius x0.5", "radius x2", "radius x4"]);
-        assert_eq!(names(&[Axis::Method, Axis::Effects]), ["baseline", "path tracing", "no specular chains"]);
+        assert_eq!(
+            names(&[Axis::Method, Axis::Effects]),
+            ["baseline", "path tracing", "light tracing", "no specular chains"]
+        );
     }
 
     #[test]
@@ -297,6 +319,9 @@ mod tests {
         assert_eq!(command("baseline"), format!("caustica render {start} --passes 7 --seed 3"));
         assert_eq!(command("path tracing"), format!("caustica reference {start} --spp 7 --seed 3"));
         assert!(command("alpha 1/2, radius x4").ends_with("--seed 3 --alpha 0.5 --radius 2"));
+        assert!(command("light tracing").ends_with("--seed 3 --method light"));
+        assert!(command("shared schedule").ends_with(" --radius-policy shared"));
+        assert!(command("f32 statistics").ends_with(" --precision single"));
         assert!(command("own tree").ends_with(" --traversal custom"));
         assert!(command("Embree, fast").ends_with(" --traversal embree-fast"));
         assert!(command("uniform bounces").ends_with(" --sampling uniform"));

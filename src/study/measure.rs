@@ -13,7 +13,7 @@ use crate::compare::Metrics;
 use crate::film::Image;
 use crate::output::{Metadata, write_exr};
 use crate::ppm::Render;
-use crate::reference::PathTracer;
+use crate::reference::Estimator;
 use crate::scene::{Scene, SceneDesc, Traversal};
 
 /// What is measured and how long.
@@ -215,7 +215,7 @@ impl Task<'_> {
 
 enum Renderer<'s> {
     Photons(Box<Render<'s>>),
-    Paths(PathTracer<'s>),
+    Reference(Estimator<'s>),
 }
 
 impl<'s> Renderer<'s> {
@@ -224,21 +224,21 @@ impl<'s> Renderer<'s> {
         settings.seed = seed;
         match configuration.method {
             Method::PhotonMapping => Renderer::Photons(Box::new(Render::new(scene, settings))),
-            Method::PathTracing => Renderer::Paths(PathTracer::new(scene, seed)),
+            Method::Reference(method) => Renderer::Reference(Estimator::new(scene, method, seed)),
         }
     }
 
     fn step(&mut self) {
         match self {
             Renderer::Photons(render) => drop(render.pass()),
-            Renderer::Paths(tracer) => tracer.add_sample(),
+            Renderer::Reference(estimator) => estimator.add_sample(),
         }
     }
 
     fn picture(&self) -> Image {
         match self {
             Renderer::Photons(render) => render.picture(),
-            Renderer::Paths(tracer) => tracer.picture(),
+            Renderer::Reference(estimator) => estimator.picture(),
         }
     }
 }

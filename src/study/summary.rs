@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::fit::{Confidence, PowerLaw, crossing, price_of_half, tail};
 use super::{Configuration, Method, Run, Subject};
 use crate::bench::timing::Spread;
+use crate::ppm::Settings;
 
 /// A mean and the ends.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -45,9 +46,9 @@ pub struct CurvePoint {
 /// How fast errors ought to fall with the steps: exponents of the relative root-mean-square error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Theory {
-    /// Of the noise: half that of the variance, `N^-α`.
+    /// Of the noise: half that of the variance, which is `N^-α` where radii follow `α`.
     pub noise: f64,
-    /// Of the bias, which goes with the area of the discs, `N^-(1-α)`; `None` where there is none.
+    /// Of the bias, which goes with the area of the discs, `N^-(1-α)` there; `None` where there is none.
     pub bias: Option<f64>,
 }
 
@@ -55,10 +56,13 @@ impl Theory {
     /// # Source
     /// Knaus and Zwicker, "Progressive Photon Mapping: A Probabilistic Approach", ACM Transactions on Graphics 30(3), 2011.
     pub fn of(configuration: &Configuration) -> Theory {
-        let alpha = configuration.settings.alpha;
+        let Settings { alpha, policy, .. } = configuration.settings;
         match configuration.method {
-            Method::PhotonMapping => Theory { noise: 0.5 * alpha, bias: Some(1.0 - alpha) },
-            Method::PathTracing => Theory { noise: 0.5, bias: None },
+            Method::PhotonMapping => {
+                let [noise, bias] = policy.exponents(alpha);
+                Theory { noise, bias: Some(bias) }
+            }
+            Method::Reference(_) => Theory { noise: 0.5, bias: None },
         }
     }
 }
@@ -244,7 +248,7 @@ pub mod tests {
         configuration.settings.alpha = 2.0 / 3.0;
         let theory = Theory::of(&configuration);
         assert!((theory.noise - 1.0 / 3.0).abs() < 1e-12 && (theory.bias.unwrap() - 1.0 / 3.0).abs() < 1e-12);
-        configuration.method = Method::PathTracing;
+        configuration.method = Method::Reference(crate::reference::Method::Path);
         assert_eq!(Theory::of(&configuration), Theory { noise: 0.5, bias: None });
     }
 }
