@@ -4,7 +4,8 @@ mod aabb;
 mod frame;
 mod offset;
 mod ray;
-mod rng;
+/// Philox, number by number.
+pub mod rng;
 pub mod warp;
 
 pub use aabb::Aabb;
@@ -12,7 +13,7 @@ pub use frame::Frame;
 pub use glam::{DVec3, Vec2, Vec3, Vec4};
 pub use offset::{RELATIVE_POSITION_ERROR, offset_origin};
 pub use ray::Ray;
-pub use rng::{Rng, Stream};
+pub use rng::{Rng, Stream, UNIT, unit_f32};
 
 /// A linear RGB triple: a reflectance, a power (W), a radiance (W/m²/sr) or a dimensionless weight.
 pub type Rgb = Vec3;

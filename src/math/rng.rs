@@ -45,8 +45,13 @@ pub struct Rng {
 impl Rng {
     /// The generator of one path: path number `index` of `stream` in pass number `pass`.
     pub fn new(seed: u64, stream: Stream, pass: u32, index: u64) -> Rng {
-        let counter = [index as u32, (index >> 32) as u32, pass, (stream as u32) << 24];
-        Rng { key: [seed as u32, (seed >> 32) as u32], counter, block: [0; 4], used: 4 }
+        Rng::at_segment(seed, stream, pass, index, 0)
+    }
+
+    /// The generator of one segment of a path, which draws nothing that another segment draws: so what happens there
+    /// can be told without what happened before. Segments count to 1023.
+    pub fn at_segment(seed: u64, stream: Stream, pass: u32, index: u64, segment: u32) -> Rng {
+        Rng { key: key(seed), counter: counter(stream, pass, index, segment), block: [0; 4], used: 4 }
     }
 
     /// The next 32 random bits.
@@ -62,7 +67,7 @@ impl Rng {
 
     /// A multiple of 2⁻²⁴ in `[0, 1)`.
     pub fn next_f32(&mut self) -> f32 {
-        (self.next_u32() >> 8) as f32 * (1.0 / (1u32 << 24) as f32)
+        unit_f32(self.next_u32())
     }
 
     /// A point of the unit square.
@@ -71,11 +76,37 @@ impl Rng {
     }
 }
 
-const PHILOX_ROUNDS: usize = 10;
-const PHILOX_MULTIPLIERS: [u32; 2] = [0xD251_1F53, 0xCD9E_8D57];
-const PHILOX_WEYL: [u32; 2] = [0x9E37_79B9, 0xBB67_AE85];
+/// The spacing of the numbers that [`unit_f32`] makes.
+pub const UNIT: f32 = 1.0 / (1u32 << 24) as f32;
 
-fn philox4x32(counter: [u32; 4], key: [u32; 2]) -> [u32; 4] {
+/// Random bits as a multiple of 2⁻²⁴ in `[0, 1)`.
+pub fn unit_f32(bits: u32) -> f32 {
+    (bits >> 8) as f32 * UNIT
+}
+
+/// The key of Philox that a seed stands for.
+pub fn key(seed: u64) -> [u32; 2] {
+    [seed as u32, (seed >> 32) as u32]
+}
+
+/// The counter of the first four numbers of [`Rng::at_segment`]; the last part of it counts on.
+pub fn counter(stream: Stream, pass: u32, index: u64, segment: u32) -> [u32; 4] {
+    const BLOCKS_BITS: u32 = 14;
+    [index as u32, (index >> 32) as u32, pass, (stream as u32) << 24 | segment << BLOCKS_BITS]
+}
+
+/// How often Philox mixes.
+pub const PHILOX_ROUNDS: usize = 10;
+/// What Philox multiplies the first and the third part of the counter by.
+pub const PHILOX_MULTIPLIERS: [u32; 2] = [0xD251_1F53, 0xCD9E_8D57];
+/// What Philox adds to the key after each round.
+pub const PHILOX_WEYL: [u32; 2] = [0x9E37_79B9, 0xBB67_AE85];
+
+/// Four random numbers from a counter and a key.
+///
+/// # Source
+/// See [`Rng`].
+pub fn philox4x32(counter: [u32; 4], key: [u32; 2]) -> [u32; 4] {
     let (mut c, mut k) = (counter, key);
     for _ in 0..PHILOX_ROUNDS {
         let a = u64::from(PHILOX_MULTIPLIERS[0]) * u64::from(c[0]);
@@ -113,9 +144,18 @@ mod tests {
             first(1, Stream::Eye, 1, 0),
             first(1, Stream::Eye, 0, 1),
             first(1, Stream::Eye, 0, 1 << 40),
+            Rng::at_segment(1, Stream::Eye, 0, 0, 1).next_u32(),
+            Rng::at_segment(1, Stream::Eye, 0, 0, 1023).next_u32(),
         ] {
             assert_ne!(base, other);
         }
+    }
+
+    #[test]
+    fn the_longest_path_stays_within_its_stream() {
+        let [.., last] = counter(Stream::Eye, 0, 0, 1023);
+        assert!(last < counter(Stream::DirectLight, 0, 0, 0)[3]);
+        assert!(last + 16_000 < counter(Stream::DirectLight, 0, 0, 0)[3]);
     }
 
     #[test]

@@ -39,15 +39,21 @@ fn unit_circle(u: f32) -> Vec2 {
     Vec2::new(with_sign(x, quarter + 1), with_sign(y, quarter))
 }
 
-/// Sine and cosine of an angle in ±π/4, to a unit of the last place or two; unlike those of a C library the same on every
-/// machine, and a fraction of their cost.
+/// `sin x = ((s0 z + s1) z + s2) z x + x` with `z = x²` in ±π/4; see [`COS`] for the source.
+pub const SIN: [f32; 3] = [-1.951_529_6e-4, 8.332_161e-3, -1.666_665_5e-1];
+
+/// `cos x = ((c0 z + c1) z + c2) z² - z / 2 + 1` with `z = x²` in ±π/4.
 ///
 /// # Source
-/// Moshier, Cephes Mathematical Library, release 2.2, `sinf.c`: the coefficients.
+/// Moshier, Cephes Mathematical Library, release 2.2, `sinf.c`.
+pub const COS: [f32; 3] = [2.443_315_7e-5, -1.388_731_6e-3, 4.166_664_6e-2];
+
+/// Sine and cosine of an angle in ±π/4, to a unit of the last place or two; unlike those of a C library the same on every
+/// machine, and a fraction of their cost.
 fn sin_cos_of_octant(x: f32) -> (f32, f32) {
     let z = x * x;
-    let sin = ((-1.951_529_6e-4 * z + 8.332_161e-3) * z - 1.666_665_5e-1) * z * x + x;
-    let cos = ((2.443_315_7e-5 * z - 1.388_731_6e-3) * z + 4.166_664_6e-2) * z * z - 0.5 * z + 1.0;
+    let sin = ((SIN[0] * z + SIN[1]) * z + SIN[2]) * z * x + x;
+    let cos = ((COS[0] * z + COS[1]) * z + COS[2]) * z * z - 0.5 * z + 1.0;
     (sin, cos)
 }
 

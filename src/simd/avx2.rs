@@ -1,6 +1,7 @@
 use std::arch::x86_64::*;
 
 use super::{Kernel, LANES, Lanes, Mask};
+use crate::math::UNIT;
 
 /// Two registers hold all lanes; its existence proves that the machine has AVX2 and POPCNT.
 #[derive(Clone, Copy, Debug)]
@@ -62,6 +63,18 @@ impl Avx2 {
         instruction!(_mm256_movemask_ps(low) as Mask | (_mm256_movemask_ps(high) as Mask) << 8)
     }
 
+    /// Lower and upper halves of the products.
+    #[inline(always)]
+    fn widening_mul_half(self, a: __m256i, b: u32) -> [__m256i; 2] {
+        const ODD: i32 = 0b1010_1010;
+        instruction!({
+            let b = _mm256_set1_epi32(b.cast_signed());
+            let (even, odd) = (_mm256_mul_epu32(a, b), _mm256_mul_epu32(_mm256_srli_epi64::<32>(a), b));
+            let low = _mm256_blend_epi32::<ODD>(even, _mm256_slli_epi64::<32>(odd));
+            [low, _mm256_blend_epi32::<ODD>(_mm256_srli_epi64::<32>(even), odd)]
+        })
+    }
+
     #[inline(always)]
     fn front(self, mask: u8, lanes: __m256) -> __m256 {
         // SAFETY: the machine has AVX2, and a row of the table is as long as the register.
@@ -82,6 +95,7 @@ macro_rules! on_halves {
 impl Lanes for Avx2 {
     type F32 = [__m256; 2];
     type F64 = [__m256d; 4];
+    type U32 = [__m256i; 2];
 
     #[inline(always)]
     fn load(self, from: &[f32]) -> [__m256; 2] {
@@ -130,6 +144,19 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
+    fn sqrt(self, [low, high]: [__m256; 2]) -> [__m256; 2] {
+        instruction!([_mm256_sqrt_ps(low), _mm256_sqrt_ps(high)])
+    }
+
+    #[inline(always)]
+    fn copysign(self, size: [__m256; 2], sign: [__m256; 2]) -> [__m256; 2] {
+        let sign_bit = self.splat(-0.0);
+        let (size, sign) =
+            (on_halves!(_mm256_andnot_ps, sign_bit, size), on_halves!(_mm256_and_ps, sign_bit, sign));
+        on_halves!(_mm256_or_ps, size, sign)
+    }
+
+    #[inline(always)]
     fn le(self, a: [__m256; 2], b: [__m256; 2]) -> Mask {
         self.bits(instruction!([
             _mm256_cmp_ps::<_CMP_LE_OQ>(a[0], b[0]),
@@ -165,6 +192,13 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
+    fn compress_u32(self, mask: Mask, [low, high]: [__m256i; 2]) -> [__m256i; 2] {
+        let numbers = instruction!([_mm256_castsi256_ps(low), _mm256_castsi256_ps(high)]);
+        let [low, high] = self.compress(mask, numbers);
+        instruction!([_mm256_castps_si256(low), _mm256_castps_si256(high)])
+    }
+
+    #[inline(always)]
     fn zero_f64(self) -> [__m256d; 4] {
         instruction!([_mm256_setzero_pd(); 4])
     }
@@ -191,5 +225,51 @@ impl Lanes for Avx2 {
             unsafe { _mm256_storeu_pd(to.as_mut_ptr(), lanes) };
         }
         out
+    }
+
+    #[inline(always)]
+    fn load_u32(self, from: &[u32; LANES]) -> [__m256i; 2] {
+        // SAFETY: the machine has AVX2, and the array has sixteen numbers.
+        unsafe { [_mm256_loadu_si256(from.as_ptr().cast()), _mm256_loadu_si256(from[8..].as_ptr().cast())] }
+    }
+
+    #[inline(always)]
+    fn store_u32(self, [low, high]: [__m256i; 2], to: &mut [u32]) {
+        let (first, second) = to[..LANES].split_at_mut(8);
+        // SAFETY: the machine has AVX2, and each half has room for its eight lanes.
+        unsafe {
+            _mm256_storeu_si256(first.as_mut_ptr().cast(), low);
+            _mm256_storeu_si256(second.as_mut_ptr().cast(), high);
+        }
+    }
+
+    #[inline(always)]
+    fn splat_u32(self, x: u32) -> [__m256i; 2] {
+        instruction!([_mm256_set1_epi32(x.cast_signed()); 2])
+    }
+
+    #[inline(always)]
+    fn xor(self, a: [__m256i; 2], b: [__m256i; 2]) -> [__m256i; 2] {
+        on_halves!(_mm256_xor_si256, a, b)
+    }
+
+    #[inline(always)]
+    fn add_u32(self, a: [__m256i; 2], b: [__m256i; 2]) -> [__m256i; 2] {
+        on_halves!(_mm256_add_epi32, a, b)
+    }
+
+    #[inline(always)]
+    fn widening_mul(self, [low, high]: [__m256i; 2], b: u32) -> [[__m256i; 2]; 2] {
+        let (low, high) = (self.widening_mul_half(low, b), self.widening_mul_half(high, b));
+        [[low[0], high[0]], [low[1], high[1]]]
+    }
+
+    #[inline(always)]
+    fn unit_f32(self, [low, high]: [__m256i; 2]) -> [__m256; 2] {
+        let whole = instruction!([
+            _mm256_cvtepi32_ps(_mm256_srli_epi32::<8>(low)),
+            _mm256_cvtepi32_ps(_mm256_srli_epi32::<8>(high))
+        ]);
+        self.mul(whole, self.splat(UNIT))
     }
 }

@@ -1,6 +1,7 @@
 use std::arch::x86_64::*;
 
 use super::{Kernel, LANES, Lanes, Mask, first_lanes};
+use crate::math::UNIT;
 
 /// One register holds all lanes; its existence proves that the machine has AVX-512F and POPCNT.
 #[derive(Clone, Copy, Debug)]
@@ -32,6 +33,7 @@ macro_rules! instruction {
 impl Lanes for Avx512 {
     type F32 = __m512;
     type F64 = [__m512d; 2];
+    type U32 = __m512i;
 
     #[inline(always)]
     fn load(self, from: &[f32]) -> __m512 {
@@ -72,6 +74,22 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
+    fn sqrt(self, x: __m512) -> __m512 {
+        instruction!(_mm512_sqrt_ps(x))
+    }
+
+    #[inline(always)]
+    fn copysign(self, size: __m512, sign: __m512) -> __m512 {
+        // The table of three operands: where the first is set take the second, elsewhere the third.
+        const CHOOSE: i32 = 0b1100_1010;
+        instruction!({
+            let sign_bit = _mm512_set1_epi32(i32::MIN);
+            let (size, sign) = (_mm512_castps_si512(size), _mm512_castps_si512(sign));
+            _mm512_castsi512_ps(_mm512_ternarylogic_epi32::<CHOOSE>(sign_bit, sign, size))
+        })
+    }
+
+    #[inline(always)]
     fn le(self, a: __m512, b: __m512) -> Mask {
         instruction!(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b))
     }
@@ -89,6 +107,11 @@ impl Lanes for Avx512 {
     #[inline(always)]
     fn compress(self, mask: Mask, lanes: __m512) -> __m512 {
         instruction!(_mm512_maskz_compress_ps(mask, lanes))
+    }
+
+    #[inline(always)]
+    fn compress_u32(self, mask: Mask, lanes: __m512i) -> __m512i {
+        instruction!(_mm512_maskz_compress_epi32(mask, lanes))
     }
 
     #[inline(always)]
@@ -119,5 +142,50 @@ impl Lanes for Avx512 {
             _mm512_storeu_pd(second.as_mut_ptr(), high);
         }
         out
+    }
+
+    #[inline(always)]
+    fn load_u32(self, from: &[u32; LANES]) -> __m512i {
+        // SAFETY: the machine has AVX-512F, and the array has sixteen numbers.
+        unsafe { _mm512_loadu_si512(from.as_ptr().cast()) }
+    }
+
+    #[inline(always)]
+    fn store_u32(self, lanes: __m512i, to: &mut [u32]) {
+        let to = &mut to[..LANES];
+        // SAFETY: the machine has AVX-512F, and the slice has room for all lanes.
+        unsafe { _mm512_storeu_si512(to.as_mut_ptr().cast(), lanes) }
+    }
+
+    #[inline(always)]
+    fn splat_u32(self, x: u32) -> __m512i {
+        instruction!(_mm512_set1_epi32(x.cast_signed()))
+    }
+
+    #[inline(always)]
+    fn xor(self, a: __m512i, b: __m512i) -> __m512i {
+        instruction!(_mm512_xor_si512(a, b))
+    }
+
+    #[inline(always)]
+    fn add_u32(self, a: __m512i, b: __m512i) -> __m512i {
+        instruction!(_mm512_add_epi32(a, b))
+    }
+
+    #[inline(always)]
+    fn widening_mul(self, a: __m512i, b: u32) -> [__m512i; 2] {
+        const ODD: Mask = 0xAAAA;
+        instruction!({
+            let b = _mm512_set1_epi32(b.cast_signed());
+            let (even, odd) = (_mm512_mul_epu32(a, b), _mm512_mul_epu32(_mm512_srli_epi64::<32>(a), b));
+            let low = _mm512_mask_blend_epi32(ODD, even, _mm512_slli_epi64::<32>(odd));
+            [low, _mm512_mask_blend_epi32(ODD, _mm512_srli_epi64::<32>(even), odd)]
+        })
+    }
+
+    #[inline(always)]
+    fn unit_f32(self, x: __m512i) -> __m512 {
+        let whole = instruction!(_mm512_cvtepi32_ps(_mm512_srli_epi32::<8>(x)));
+        self.mul(whole, self.splat(UNIT))
     }
 }

@@ -26,13 +26,18 @@
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
+mod lane_frame;
 mod lane_vec3;
+mod philox;
 mod portable;
+pub mod warp;
 
 use std::fmt;
 use std::sync::LazyLock;
 
+pub use lane_frame::LaneFrame;
 pub use lane_vec3::LaneVec3;
+pub use philox::philox4x32;
 
 use portable::Portable;
 
@@ -53,6 +58,8 @@ pub trait Lanes: Copy {
     type F32: Copy;
     /// Sixteen `f64`.
     type F64: Copy;
+    /// Sixteen `u32`.
+    type U32: Copy;
 
     /// The first sixteen numbers of `from`; 0 where there are fewer.
     fn load(self, from: &[f32]) -> Self::F32;
@@ -68,6 +75,15 @@ pub trait Lanes: Copy {
     fn mul(self, a: Self::F32, b: Self::F32) -> Self::F32;
     /// `a / b`.
     fn div(self, a: Self::F32, b: Self::F32) -> Self::F32;
+    /// `√x`.
+    fn sqrt(self, x: Self::F32) -> Self::F32;
+    /// The larger of both; `b` if one is NaN.
+    #[inline(always)]
+    fn max(self, a: Self::F32, b: Self::F32) -> Self::F32 {
+        self.select(self.lt(b, a), a, b)
+    }
+    /// `size`, with the sign bit of `sign`.
+    fn copysign(self, size: Self::F32, sign: Self::F32) -> Self::F32;
     /// Where `a <= b`; never for a NaN.
     fn le(self, a: Self::F32, b: Self::F32) -> Mask;
     /// Where `a < b`; never for a NaN.
@@ -76,12 +92,28 @@ pub trait Lanes: Copy {
     fn select(self, mask: Mask, yes: Self::F32, no: Self::F32) -> Self::F32;
     /// The lanes of `mask`, moved together to the front; what follows them is unspecified.
     fn compress(self, mask: Mask, lanes: Self::F32) -> Self::F32;
+    /// [`Lanes::compress`] of integers.
+    fn compress_u32(self, mask: Mask, lanes: Self::U32) -> Self::U32;
     /// 0 in all lanes.
     fn zero_f64(self) -> Self::F64;
     /// `sum + x` in the lanes of `mask`, `sum` in the others.
     fn add_where(self, mask: Mask, sum: Self::F64, x: Self::F32) -> Self::F64;
     /// All lanes, as an array.
     fn to_array_f64(self, lanes: Self::F64) -> [f64; LANES];
+    /// Sixteen integers.
+    fn load_u32(self, from: &[u32; LANES]) -> Self::U32;
+    /// Writes all lanes to the first sixteen places of `to`, which has as many.
+    fn store_u32(self, lanes: Self::U32, to: &mut [u32]);
+    /// The same integer in all lanes.
+    fn splat_u32(self, x: u32) -> Self::U32;
+    /// `a ^ b`.
+    fn xor(self, a: Self::U32, b: Self::U32) -> Self::U32;
+    /// `a + b`, modulo 2³².
+    fn add_u32(self, a: Self::U32, b: Self::U32) -> Self::U32;
+    /// `a · b`, whole: the lower and the upper half.
+    fn widening_mul(self, a: Self::U32, b: u32) -> [Self::U32; 2];
+    /// `⌊x / 2⁸⌋ / 2²⁴`: random bits as a number in `[0, 1)`.
+    fn unit_f32(self, x: Self::U32) -> Self::F32;
 }
 
 /// A computation for any instruction set.
@@ -187,6 +219,8 @@ mod tests {
                 lanes.div(a, b),
                 lanes.select(self.mask, a, b),
                 lanes.splat(self.b.first().copied().unwrap_or(1.0)),
+                lanes.sqrt(a),
+                lanes.copysign(a, b),
             ];
             let mut numbers: Vec<_> = numbers.map(stored).map(without_nan_payload).to_vec();
             numbers.push(kept);
@@ -194,6 +228,30 @@ mod tests {
             let sum = lanes.add_where(!self.mask.rotate_left(3), sum, b);
             let sums = lanes.to_array_f64(sum).map(|x| if x.is_nan() { 0 } else { x.to_bits() });
             (numbers, vec![lanes.le(a, b), lanes.lt(a, b)], sums)
+        }
+    }
+
+    /// Everything that lanes can do with integers, lane by lane.
+    struct Integers([u32; LANES], [u32; LANES], Mask);
+
+    impl Kernel for Integers {
+        type Output = ([[u32; 5]; LANES], Vec<u32>);
+
+        #[inline(always)]
+        fn run<L: Lanes>(self, lanes: L) -> Self::Output {
+            let (a, b) = (lanes.load_u32(&self.0), lanes.load_u32(&self.1));
+            let [low, high] = lanes.widening_mul(a, self.1[0]);
+            let mut columns = [[0; LANES]; 5];
+            for (to, x) in columns.iter_mut().zip([lanes.xor(a, b), lanes.add_u32(a, b), low, high]) {
+                lanes.store_u32(x, to);
+            }
+            let mut unit = [0.0; LANES];
+            lanes.store(lanes.unit_f32(a), &mut unit);
+            columns[4] = unit.map(f32::to_bits);
+            let mut front = [0; LANES];
+            lanes.store_u32(lanes.compress_u32(self.2, a), &mut front);
+            let front = front[..self.2.count_ones() as usize].to_vec();
+            (std::array::from_fn(|lane| columns.map(|column| column[lane])), front)
         }
     }
 
@@ -218,6 +276,19 @@ mod tests {
             }
         }
 
+        #[test]
+        fn all_sets_calculate_alike_with_integers(a: [u32; LANES], b: [u32; LANES], mask: Mask) {
+            let expected = std::array::from_fn(|k| {
+                let whole = u64::from(a[k]) * u64::from(b[0]);
+                let unit = ((a[k] >> 8) as f32 / 16_777_216.0).to_bits();
+                [a[k] ^ b[k], a[k].wrapping_add(b[k]), whole as u32, (whole >> 32) as u32, unit]
+            });
+            let front: Vec<u32> = (0..LANES).filter(|k| mask >> k & 1 == 1).map(|k| a[k]).collect();
+            for isa in Isa::available() {
+                prop_assert_eq!(isa.run(Integers(a, b, mask)), (expected, front.clone()), "{}", isa);
+            }
+        }
+
         /// The portable set against plain arithmetic.
         #[test]
         fn lanes_do_what_their_names_say(a in -9f32..9.0, b in -9f32..9.0, lane in 0usize..LANES) {
@@ -226,7 +297,10 @@ mod tests {
             let (numbers, masks, sums) = Isa::portable().run(Everything { a: &at(a), b: &at(b), mask });
             let lanes: Vec<f32> = numbers.iter().map(|n| f32::from_bits(n[lane])).collect();
             prop_assert_eq!(&lanes[..5], &[a + b, a - b, a * b, a / b, a]);
-            prop_assert_eq!(f32::from_bits(numbers[6][0]), a);
+            prop_assert_eq!(f32::from_bits(numbers[8][0]), a);
+            prop_assert_eq!(lanes[7], a.copysign(b));
+            let root = a.sqrt();
+            prop_assert!(lanes[6] == root || root.is_nan());
             prop_assert_eq!((masks[0] & mask != 0, masks[1] & mask != 0), (a <= b, a < b));
             let second = (!mask.rotate_left(3) >> lane) & 1 == 1;
             prop_assert_eq!(f64::from_bits(sums[lane]), f64::from(a) + if second { f64::from(b) } else { 0.0 });
