@@ -36,7 +36,7 @@ pub use builder::{SceneBuilder, Sphere};
 pub use device::{Device, Version};
 pub use error::EmbreeError;
 pub use options::{BuildQuality, SceneOptions};
-pub use packet::{Coherence, PacketWidth};
+pub use packet::{Coherence, HitPacket, PACKET, PacketWidth, RayPacket, Row};
 pub use point_query::SphereQuery;
 pub use scene::{Hit, Scene};
 

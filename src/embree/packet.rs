@@ -1,8 +1,8 @@
 //! Rays that Embree traces several at a time.
 
-use std::ptr;
+use std::{fmt, ptr};
 
-use super::scene::{Hit, Scene, end_inside, is_ray};
+use super::scene::{Hit, Scene, end_inside};
 use super::sys;
 use crate::math::{Ray, Vec3};
 
@@ -24,6 +24,110 @@ pub enum Coherence {
     Coherent,
 }
 
+/// Most rays of a packet.
+pub const PACKET: usize = 16;
+
+/// One number of each ray of a packet.
+pub type Row = [f32; PACKET];
+
+/// Up to sixteen rays, in columns.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub struct RayPacket {
+    /// Where they start: all x, all y, all z.
+    pub origin: [Row; 3],
+    /// Where they go.
+    pub dir: [Row; 3],
+    /// Where they end.
+    pub t_max: Row,
+    /// How many there are; the other lanes are idle.
+    pub len: usize,
+}
+
+/// What the rays of a packet meet first. It is what Embree works in, to be used again for the next packet.
+#[derive(Clone, Copy)]
+pub struct HitPacket(sys::RTCRayHit16);
+
+impl RayPacket {
+    /// No rays.
+    pub const EMPTY: RayPacket = RayPacket {
+        origin: [[0.0; PACKET]; 3],
+        dir: [[0.0; PACKET]; 3],
+        t_max: [f32::INFINITY; PACKET],
+        len: 0,
+    };
+
+    /// The first sixteen of `rays`.
+    pub fn of(rays: &[Ray]) -> RayPacket {
+        let mut packet = RayPacket { len: rays.len().min(PACKET), ..RayPacket::EMPTY };
+        for (lane, ray) in rays.iter().enumerate().take(PACKET) {
+            for axis in 0..3 {
+                packet.origin[axis][lane] = ray.origin[axis];
+                packet.dir[axis][lane] = ray.dir[axis];
+            }
+            packet.t_max[lane] = ray.t_max;
+        }
+        packet
+    }
+
+    /// The ray of one lane.
+    #[inline(always)]
+    pub fn ray(&self, lane: usize) -> Ray {
+        Ray { origin: at(&self.origin, lane), dir: at(&self.dir, lane), t_max: self.t_max[lane] }
+    }
+}
+
+impl HitPacket {
+    /// Nothing is met.
+    pub fn none() -> HitPacket {
+        // SAFETY: plain numbers, for which zero is a value.
+        let mut query: sys::RTCRayHit16 = unsafe { std::mem::zeroed() };
+        let sys::RTCRayHit16 { ray, hit } = &mut query;
+        ray.tnear = [f32::MIN_POSITIVE; PACKET];
+        ray.mask = [u32::MAX; PACKET];
+        hit.geomID = [sys::RTC_INVALID_GEOMETRY_ID; PACKET];
+        hit.instID = [[u32::MAX; PACKET]];
+        hit.instPrimID = [[u32::MAX; PACKET]];
+        HitPacket(query)
+    }
+
+    /// What the ray of one lane meets.
+    #[inline(always)]
+    pub fn hit(&self, lane: usize) -> Option<Hit> {
+        let sys::RTCRayHit16 { ray, hit } = &self.0;
+        (hit.geomID[lane] != sys::RTC_INVALID_GEOMETRY_ID).then(|| Hit {
+            t: ray.tfar[lane],
+            u: hit.u[lane],
+            v: hit.v[lane],
+            ng: Vec3::new(hit.Ng_x[lane], hit.Ng_y[lane], hit.Ng_z[lane]),
+            geometry: hit.geomID[lane],
+            primitive: hit.primID[lane],
+        })
+    }
+
+    /// Says what the ray of one lane meets.
+    pub fn set(&mut self, lane: usize, found: Option<Hit>) {
+        let sys::RTCRayHit16 { ray, hit } = &mut self.0;
+        hit.geomID[lane] = sys::RTC_INVALID_GEOMETRY_ID;
+        if let Some(Hit { t, u, v, ng, geometry, primitive }) = found {
+            (ray.tfar[lane], hit.u[lane], hit.v[lane]) = (t, u, v);
+            (hit.Ng_x[lane], hit.Ng_y[lane], hit.Ng_z[lane]) = (ng.x, ng.y, ng.z);
+            (hit.geomID[lane], hit.primID[lane]) = (geometry, primitive);
+        }
+    }
+}
+
+impl fmt::Debug for HitPacket {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.debug_list().entries((0..PACKET).map(|lane| self.hit(lane))).finish()
+    }
+}
+
+#[inline(always)]
+fn at([x, y, z]: &[Row; 3], lane: usize) -> Vec3 {
+    Vec3::new(x[lane], y[lane], z[lane])
+}
+
 impl Scene {
     /// The nearest hit of every ray, as [`Scene::intersect`] would find it, up to ties and rounding.
     ///
@@ -37,20 +141,106 @@ impl Scene {
         coherence: Coherence,
     ) {
         assert_eq!(rays.len(), hits.len(), "one hit for each ray");
-        let mut arguments = arguments(coherence);
+        let mut found = HitPacket::none();
+        for (rays, hits) in rays.chunks(PACKET).zip(hits.chunks_mut(PACKET)) {
+            self.intersect_packet(&RayPacket::of(rays), &mut found, width, coherence);
+            for (lane, hit) in hits.iter_mut().enumerate() {
+                *hit = found.hit(lane);
+            }
+        }
+    }
+
+    /// Leaves in `hits` the nearest hit of every ray of a packet, as [`Scene::intersect`] would find it, up to ties and rounding.
+    pub fn intersect_packet(
+        &self,
+        rays: &RayPacket,
+        hits: &mut HitPacket,
+        width: PacketWidth,
+        coherence: Coherence,
+    ) {
+        let (mut arguments, valid) = (arguments(coherence), valid(rays));
+        load(&mut hits.0, rays);
         match width {
             PacketWidth::Eight => {
-                for (rays, hits) in rays.chunks(8).zip(hits.chunks_mut(8)) {
-                    intersect8(self.as_raw(), rays, hits, &mut arguments);
+                for first in (0..rays.len).step_by(8) {
+                    self.intersect8(&valid, &mut hits.0, first, &mut arguments);
                 }
             }
             PacketWidth::Sixteen => {
-                for (rays, hits) in rays.chunks(16).zip(hits.chunks_mut(16)) {
-                    intersect16(self.as_raw(), rays, hits, &mut arguments);
+                // SAFETY: the scene is alive and committed; mask, query and arguments are aligned, of the headers' size,
+                // and this thread's own.
+                unsafe {
+                    sys::rtcIntersect16(valid.0.as_ptr(), self.as_raw(), &raw mut hits.0, &raw mut arguments);
                 }
             }
         }
     }
+
+    /// Traces eight lanes of a packet.
+    fn intersect8(
+        &self,
+        valid: &Valid,
+        packet: &mut sys::RTCRayHit16,
+        first: usize,
+        arguments: &mut sys::RTCIntersectArguments,
+    ) {
+        let lanes = first..first + 8;
+        let mut mask = Valid([0; PACKET]);
+        mask.0[..8].copy_from_slice(&valid.0[lanes.clone()]);
+        // SAFETY: plain numbers, for which zero is a value.
+        let mut query: sys::RTCRayHit8 = unsafe { std::mem::zeroed() };
+        let (ray, hit) = (&mut query.ray, &mut query.hit);
+        ray.org_x.copy_from_slice(&packet.ray.org_x[lanes.clone()]);
+        ray.org_y.copy_from_slice(&packet.ray.org_y[lanes.clone()]);
+        ray.org_z.copy_from_slice(&packet.ray.org_z[lanes.clone()]);
+        ray.dir_x.copy_from_slice(&packet.ray.dir_x[lanes.clone()]);
+        ray.dir_y.copy_from_slice(&packet.ray.dir_y[lanes.clone()]);
+        ray.dir_z.copy_from_slice(&packet.ray.dir_z[lanes.clone()]);
+        ray.tfar.copy_from_slice(&packet.ray.tfar[lanes.clone()]);
+        ray.tnear = [f32::MIN_POSITIVE; 8];
+        ray.mask = [u32::MAX; 8];
+        hit.geomID = [sys::RTC_INVALID_GEOMETRY_ID; 8];
+        (hit.instID, hit.instPrimID) = ([[u32::MAX; 8]], [[u32::MAX; 8]]);
+        // SAFETY: the scene is alive and committed; mask, query and arguments are aligned, of the headers' size,
+        // and this thread's own.
+        unsafe { sys::rtcIntersect8(mask.0.as_ptr(), self.as_raw(), &raw mut query, arguments) };
+        let (ray, hit) = (&query.ray, &query.hit);
+        packet.ray.tfar[lanes.clone()].copy_from_slice(&ray.tfar);
+        packet.hit.u[lanes.clone()].copy_from_slice(&hit.u);
+        packet.hit.v[lanes.clone()].copy_from_slice(&hit.v);
+        packet.hit.Ng_x[lanes.clone()].copy_from_slice(&hit.Ng_x);
+        packet.hit.Ng_y[lanes.clone()].copy_from_slice(&hit.Ng_y);
+        packet.hit.Ng_z[lanes.clone()].copy_from_slice(&hit.Ng_z);
+        packet.hit.geomID[lanes.clone()].copy_from_slice(&hit.geomID);
+        packet.hit.primID[lanes].copy_from_slice(&hit.primID);
+    }
+}
+
+/// Puts the rays into Embree's layout, none of which has hit anything.
+fn load(query: &mut sys::RTCRayHit16, rays: &RayPacket) {
+    let sys::RTCRayHit16 { ray, hit } = query;
+    [ray.org_x, ray.org_y, ray.org_z] = rays.origin;
+    [ray.dir_x, ray.dir_y, ray.dir_z] = rays.dir;
+    for (end, &t_max) in ray.tfar.iter_mut().zip(&rays.t_max) {
+        *end = end_inside(t_max);
+    }
+    hit.geomID = [sys::RTC_INVALID_GEOMETRY_ID; PACKET];
+}
+
+/// One number a lane, as Embree wants them: -1 where it may be asked; see [`super::scene::is_ray`].
+#[repr(C, align(64))]
+struct Valid([i32; PACKET]);
+
+fn valid(rays: &RayPacket) -> Valid {
+    let RayPacket { origin: [ox, oy, oz], dir: [dx, dy, dz], t_max, len } = rays;
+    let mut valid = Valid([0; PACKET]);
+    for (lane, valid) in valid.0.iter_mut().enumerate() {
+        // 0 unless one of them is infinite or no number: then it is NaN.
+        let origin = 0.0 * ox[lane] + 0.0 * oy[lane] + 0.0 * oz[lane];
+        let finite = origin + 0.0 * dx[lane] + 0.0 * dy[lane] + 0.0 * dz[lane];
+        *valid = -i32::from((finite == 0.0) & (t_max[lane] > 0.0) & (lane < *len));
+    }
+    valid
 }
 
 fn arguments(coherence: Coherence) -> sys::RTCIntersectArguments {
@@ -67,56 +257,6 @@ fn arguments(coherence: Coherence) -> sys::RTCIntersectArguments {
         intersect: None,
     }
 }
-
-/// One call of Embree for up to as many rays as it has lanes; the rest of the lanes stay idle.
-macro_rules! intersect_packet {
-    ($name:ident, $lanes:literal, $query:ident, $call:ident) => {
-        fn $name(
-            scene: sys::RTCScene,
-            rays: &[Ray],
-            hits: &mut [Option<Hit>],
-            arguments: &mut sys::RTCIntersectArguments,
-        ) {
-            #[repr(C, align(64))]
-            struct Valid([i32; $lanes]);
-            let mut valid = Valid([0; $lanes]);
-            // SAFETY: plain numbers, for which zero is a value.
-            let mut query: sys::$query = unsafe { std::mem::zeroed() };
-            for (lane, ray) in rays.iter().enumerate() {
-                valid.0[lane] = -i32::from(is_ray(ray));
-                query.ray.org_x[lane] = ray.origin.x;
-                query.ray.org_y[lane] = ray.origin.y;
-                query.ray.org_z[lane] = ray.origin.z;
-                query.ray.tnear[lane] = f32::MIN_POSITIVE;
-                query.ray.dir_x[lane] = ray.dir.x;
-                query.ray.dir_y[lane] = ray.dir.y;
-                query.ray.dir_z[lane] = ray.dir.z;
-                query.ray.tfar[lane] = end_inside(ray);
-            }
-            query.ray.mask = [u32::MAX; $lanes];
-            query.hit.geomID = [sys::RTC_INVALID_GEOMETRY_ID; $lanes];
-            query.hit.instID = [[u32::MAX; $lanes]];
-            query.hit.instPrimID = [[u32::MAX; $lanes]];
-            // SAFETY: the scene is alive and committed; mask, query and arguments are aligned, of the headers' size,
-            // and this thread's own.
-            unsafe { sys::$call(valid.0.as_ptr(), scene, &raw mut query, arguments) };
-            let (ray, hit) = (&query.ray, &query.hit);
-            for (lane, found) in hits.iter_mut().enumerate() {
-                *found = (hit.geomID[lane] != sys::RTC_INVALID_GEOMETRY_ID).then(|| Hit {
-                    t: ray.tfar[lane],
-                    u: hit.u[lane],
-                    v: hit.v[lane],
-                    ng: Vec3::new(hit.Ng_x[lane], hit.Ng_y[lane], hit.Ng_z[lane]),
-                    geometry: hit.geomID[lane],
-                    primitive: hit.primID[lane],
-                });
-            }
-        }
-    };
-}
-
-intersect_packet!(intersect8, 8, RTCRayHit8, rtcIntersect8);
-intersect_packet!(intersect16, 16, RTCRayHit16, rtcIntersect16);
 
 #[cfg(test)]
 mod tests {

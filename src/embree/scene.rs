@@ -93,13 +93,13 @@ const NO_HIT: sys::RTCHit = sys::RTCHit {
 };
 
 /// Whether Embree may be asked: any other ray makes it walk its whole tree.
-pub(super) fn is_ray(ray: &Ray) -> bool {
+fn is_ray(ray: &Ray) -> bool {
     ray.origin.is_finite() && ray.dir.is_finite() && ray.t_max > 0.0
 }
 
 /// Embree's ends belong to the segment, those of a `Ray` do not.
-pub(super) fn end_inside(ray: &Ray) -> f32 {
-    ray.t_max.next_down()
+pub(super) fn end_inside(t_max: f32) -> f32 {
+    t_max.next_down()
 }
 
 /// The ray in Embree's layout; none for a ray that would make it walk the whole tree.
@@ -113,7 +113,7 @@ fn to_embree(ray: &Ray) -> Option<sys::RTCRay> {
         dir_y: ray.dir.y,
         dir_z: ray.dir.z,
         time: 0.0,
-        tfar: end_inside(ray),
+        tfar: end_inside(ray.t_max),
         // Zero would see no geometry at all.
         mask: u32::MAX,
         id: 0,

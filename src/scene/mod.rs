@@ -13,23 +13,26 @@ mod error;
 mod load;
 mod mesh;
 mod surface;
+mod surface_packet;
 mod tracer;
 pub mod water;
 
-pub use crate::embree::Coherence;
+pub use crate::embree::{Coherence, HitPacket, RayPacket, Row};
 pub use desc::{CameraDesc, FilmDesc, Material, PointLightDesc, RenderDesc, SceneDesc, SphereDesc};
 pub use direct::DirectLight;
 pub use error::SceneError;
 pub use load::load;
 pub use mesh::Mesh;
 pub use surface::{Receiver, SurfaceHit};
+pub use surface_packet::SurfacePacket;
 pub use tracer::{Traversal, TraversalError};
 
 use surface::Surface;
-use tracer::{PACKET, Tracer};
+use tracer::Tracer;
 
 use crate::bsdf::{Bsdf, Scattering, Transport};
 use crate::camera::Camera;
+use crate::embree::PACKET;
 use crate::light::Lights;
 use crate::math::{Aabb, Ray, Rgb};
 
@@ -66,17 +69,31 @@ impl Scene {
         coherence: Coherence,
         mut visit: impl FnMut(usize, &SurfaceHit),
     ) {
-        let mut hits = [None; PACKET];
+        let mut hits = HitPacket::none();
         for (packet, rays) in rays.chunks(PACKET).enumerate() {
-            let hits = &mut hits[..rays.len()];
-            self.rays.intersect_all(rays, hits, coherence);
-            for (lane, (ray, hit)) in rays.iter().zip(hits).enumerate() {
-                if let Some(hit) = hit {
-                    let surface = self.surfaces[hit.geometry as usize].at(ray, hit);
-                    visit(packet * PACKET + lane, &SurfaceHit::new(ray, hit.t, surface));
+            let rays = RayPacket::of(rays);
+            self.intersect_packet(&rays, &mut hits, coherence);
+            for lane in 0..rays.len {
+                if let Some(hit) = self.surface_hit(&rays, &hits, lane) {
+                    visit(packet * PACKET + lane, &hit);
                 }
             }
         }
+    }
+
+    /// Leaves in `hits` what a packet of rays meets: as [`Scene::intersect_all`], for [`Scene::surfaces`] or
+    /// [`Scene::surface_hit`] to look at.
+    pub fn intersect_packet(&self, rays: &RayPacket, hits: &mut HitPacket, coherence: Coherence) {
+        self.rays.intersect_packet(rays, hits, coherence);
+    }
+
+    /// The surface that one ray of a packet meets.
+    // Inlined for the same reason as `Surface::at`.
+    #[inline(always)]
+    pub fn surface_hit(&self, rays: &RayPacket, hits: &HitPacket, lane: usize) -> Option<SurfaceHit> {
+        let (hit, ray) = (hits.hit(lane)?, rays.ray(lane));
+        let surface = self.surfaces[hit.geometry as usize].at(&ray, &hit);
+        Some(SurfaceHit::new(&ray, hit.t, surface))
     }
 
     /// Whether anything lies on `ray`; shadow rays take water and glass for opaque.
