@@ -131,7 +131,7 @@ fn many_rays_at_once_hit_what_single_rays_hit() {
 }
 
 fn picture(scene: &Scene) -> Image {
-    let settings = Settings { photons: 100_000, samples: 4, radius: Some(1.5), ..settings(scene) };
+    let settings = Settings { photons: 300_000, samples: 4, radius: Some(1.5), ..settings(scene) };
     photon_mapped(scene, settings, 3)
 }
 

@@ -4,35 +4,42 @@ use crate::math::{Frame, Rgb, Rng, Vec3, offset_origin, warp};
 /// A light, with what is the same for all of its photons.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Emitter {
-    light: Light,
-    flux: Rgb,
+    pub is_point: bool,
+    /// Of a point, all are itself.
+    pub corners: [Vec3; 3],
+    pub flux: Rgb,
     /// Around the side that shines; any for a point.
-    frame: Frame,
-    p_error: f32,
+    pub frame: Frame,
+    pub p_error: f32,
 }
 
 impl Emitter {
     pub(super) fn new(light: Light) -> Emitter {
-        let (ng, p_error) = match light {
-            Light::Point { .. } => (Vec3::Z, 0.0),
-            Light::Triangle { corners, .. } => (normal(&corners), error(&corners)),
-        };
-        Emitter { light, flux: light.flux(), frame: Frame::around(ng), p_error }
+        let flux = light.flux();
+        match light {
+            Light::Point { position, .. } => Emitter {
+                is_point: true,
+                corners: [position; 3],
+                flux,
+                frame: Frame::around(Vec3::Z),
+                p_error: 0.0,
+            },
+            Light::Triangle { corners, .. } => {
+                let frame = Frame::around(normal(&corners));
+                Emitter { is_point: false, corners, flux, frame, p_error: error(&corners) }
+            }
+        }
     }
 
     /// See [`Light::sample_emission`].
     pub(super) fn sample(&self, rng: &mut Rng) -> EmissionSample {
-        let Emitter { light, flux: power, frame, p_error } = *self;
-        match light {
-            Light::Point { position, .. } => {
-                let dir = warp::square_to_uniform_sphere(rng.next_vec2());
-                EmissionSample { origin: position, dir, power }
-            }
-            Light::Triangle { corners, .. } => {
-                let p = point_on(&corners, rng.next_vec2());
-                let dir = frame.to_world(warp::square_to_cosine_hemisphere(rng.next_vec2()));
-                EmissionSample { origin: offset_origin(p, p_error, frame.normal, dir), dir, power }
-            }
+        let Emitter { is_point, corners, flux: power, frame, p_error } = *self;
+        if is_point {
+            let dir = warp::square_to_uniform_sphere(rng.next_vec2());
+            return EmissionSample { origin: corners[0], dir, power };
         }
+        let p = point_on(&corners, rng.next_vec2());
+        let dir = frame.to_world(warp::square_to_cosine_hemisphere(rng.next_vec2()));
+        EmissionSample { origin: offset_origin(p, p_error, frame.normal, dir), dir, power }
     }
 }

@@ -1,8 +1,10 @@
 //! Where light comes from: a closed set of lights, and the choice among them.
 
 mod emitter;
+mod lane_emission;
 mod selection;
 
+pub use lane_emission::LaneEmission;
 pub use selection::Lights;
 
 use std::f32::consts::PI;

@@ -55,9 +55,15 @@ impl Lights {
     ///
     /// `None` if nothing emits.
     pub fn sample_emission(&self, rng: &mut Rng) -> Option<EmissionSample> {
-        let (index, p) = self.photons.choose(rng.next_f32())?;
-        let sample = self.emitters.get(index)?.sample(rng);
+        let (emitter, p) = self.choose_emitter(rng.next_f32())?;
+        let sample = emitter.sample(rng);
         Some(EmissionSample { power: sample.power / p, ..sample })
+    }
+
+    /// The light of a photon and its probability, for `u` in `[0, 1)`.
+    pub(super) fn choose_emitter(&self, u: f32) -> Option<(&Emitter, f32)> {
+        let (index, p) = self.photons.choose(u)?;
+        Some((self.emitters.get(index)?, p))
     }
 
     /// The exact illumination of `p` by every point light.

@@ -14,9 +14,13 @@
 mod accuracy;
 pub mod camera_pass;
 mod develop;
+mod diffuse_bounce;
 mod direct;
+mod draws;
+mod emission;
 mod evenness;
 mod facets;
+mod flights;
 mod gather;
 mod hit_point;
 mod hit_points;

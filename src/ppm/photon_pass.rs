@@ -4,10 +4,11 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::wavefront::Wavefront;
+use super::wavefront::{Course, Wavefront};
 use super::{Ledger, Settings};
 use crate::math::{Ray, Rgb, Vec3};
-use crate::scene::Scene;
+use crate::scene::{RayPacket, Scene};
+use crate::simd::Isa;
 
 /// A photon stored on a diffuse surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,13 +39,6 @@ pub struct PhotonBatch {
 }
 
 impl PhotonBatch {
-    /// Stores a photon.
-    pub(super) fn deposit(&mut self, position: Vec3, photon: Photon) {
-        self.ledger.deposited += 1;
-        self.positions.push(position);
-        self.photons.push(photon);
-    }
-
     /// Forgets everything but the memory.
     fn clear(&mut self) {
         self.positions.clear();
@@ -76,7 +70,7 @@ impl PhotonBatch {
 }
 
 /// Paths that one task follows together: enough to fill packets, few enough to stay in a core's own cache; fixed, so
-/// that the order of the photons is.
+/// that the order of the photons is; a power of two, as [`Draws::first`] asks.
 const CHUNK: u64 = 1024;
 
 /// A photon pass and the memory that it works in, which the next pass uses again.
@@ -92,12 +86,13 @@ impl PhotonPass {
     /// Path `i` draws from the generator keyed by (seed, pass, i), and chunks of paths are of a fixed size: the result
     /// depends on no thread.
     pub fn trace(&mut self, scene: &Scene, settings: &Settings, pass: u32) -> &PhotonBatch {
+        let course = Course { isa: Isa::best(), scene, settings, pass };
         self.chunks.resize_with(chunks(scene, settings), PhotonBatch::default);
         self.chunks.par_iter_mut().enumerate().for_each_init(
             Wavefront::default,
             |wavefront, (chunk, batch)| {
                 batch.clear();
-                wavefront.follow(scene, settings, pass, paths_of(chunk, settings), batch, |_| ());
+                wavefront.follow(&course, paths_of(chunk, settings), batch, |_| ());
             },
         );
         self.batch.collect(&self.chunks);
@@ -112,10 +107,11 @@ impl PhotonPass {
 
 /// The rays that [`PhotonPass::trace`] sends through the scene, in the order in which it traces them.
 pub fn record_rays(scene: &Scene, settings: &Settings, pass: u32) -> Vec<Ray> {
+    let course = Course { isa: Isa::best(), scene, settings, pass };
     let rays_of = |chunk: usize| {
         let (mut rays, mut batch) = (Vec::new(), PhotonBatch::default());
-        let see = |generation: &[Ray]| rays.extend_from_slice(generation);
-        Wavefront::default().follow(scene, settings, pass, paths_of(chunk, settings), &mut batch, see);
+        let see = |packet: &RayPacket| rays.extend((0..packet.len).map(|lane| packet.ray(lane)));
+        Wavefront::default().follow(&course, paths_of(chunk, settings), &mut batch, see);
         rays
     };
     let recorded: Vec<Vec<Ray>> = (0..chunks(scene, settings)).into_par_iter().map(rays_of).collect();

@@ -2,10 +2,15 @@
 
 use std::ops::Range;
 
+use super::diffuse_bounce::{Arrivals, DiffuseBounce, Specials};
+use super::draws::Draws;
+use super::emission::Emission;
+use super::flights::{FlightPacket, Flights, at};
 use super::{Photon, PhotonBatch, Settings};
-use crate::bsdf::{Choice, Event, Scattering, Transport, sample_diffuse};
-use crate::math::{Frame, Ray, Rgb, Rng, Stream, Vec3};
-use crate::scene::{Coherence, Scene, SurfaceHit};
+use crate::bsdf::{Choice, DiffuseSampling, Event, Scattering, Transport, sample_diffuse};
+use crate::math::{Frame, Ray, Rgb, Rng, Vec3};
+use crate::scene::{Coherence, HitPacket, RayPacket, Scene, SurfaceHit, SurfacePacket};
+use crate::simd::{Isa, LANES, Mask, first_lanes};
 
 /// A closed box of albedo 1 holds a photon for ever; what is cut here is counted as terminated.
 const MAX_SEGMENTS: u32 = 1000;
@@ -14,140 +19,275 @@ const MAX_SEGMENTS: u32 = 1000;
 /// stay together win. In larger ones they part too early.
 const SMALL_SCENE: usize = 512;
 
-/// A photon on its way.
-#[derive(Clone, Debug)]
-struct Flight {
-    ray: Ray,
-    power: Rgb,
-    rng: Rng,
-    /// No surface was met yet: such light is found by shadow rays.
-    direct: bool,
-}
-
-/// Photons on their way, and the memory for their rays.
+/// Photons on their way, and the memory for those that go on.
 #[derive(Debug, Default)]
 pub(super) struct Wavefront {
-    flights: Vec<Flight>,
-    /// Which of them still fly.
-    live: Vec<u32>,
-    /// The same, in the order of their rays.
+    flights: Flights,
+    next: Flights,
+    /// The flights, in the order of their rays.
     order: Vec<u32>,
-    rays: Vec<Ray>,
+    packet: Packet,
+}
+
+/// Sixteen photons, and what they meet.
+#[derive(Debug)]
+struct Packet {
+    photons: FlightPacket,
+    hits: HitPacket,
+    surfaces: SurfacePacket,
+    specials: Specials,
+}
+
+impl Default for Packet {
+    fn default() -> Packet {
+        Packet {
+            photons: FlightPacket::EMPTY,
+            hits: HitPacket::none(),
+            surfaces: SurfacePacket::NONE,
+            specials: Specials::NONE,
+        }
+    }
+}
+
+/// What the photons of a chunk fly through.
+#[derive(Clone, Copy)]
+pub(super) struct Course<'a> {
+    pub isa: Isa,
+    pub scene: &'a Scene,
+    pub settings: &'a Settings,
+    pub pass: u32,
 }
 
 impl Wavefront {
     /// Emits the photons of `paths` and follows them to their end; what they leave behind goes to `batch`, and `see` is
-    /// shown the rays of every generation.
+    /// shown the rays.
     pub(super) fn follow(
         &mut self,
-        scene: &Scene,
-        settings: &Settings,
-        pass: u32,
+        course: &Course,
         paths: Range<u64>,
         batch: &mut PhotonBatch,
-        mut see: impl FnMut(&[Ray]),
+        mut see: impl FnMut(&RayPacket),
     ) {
-        let small = scene.primitives() <= SMALL_SCENE;
-        let coherence = if small { Coherence::Coherent } else { Coherence::Incoherent };
-        self.emit(scene, settings, pass, paths);
-        batch.ledger.emitted += self.flights.len() as u64;
-        for _ in 0..MAX_SEGMENTS {
-            batch.ledger.dropped += self.drop_dark();
-            if self.live.is_empty() {
+        let first = paths.start;
+        let draws = |segment| Draws { seed: course.settings.seed, pass: course.pass, first, segment };
+        self.emit(course, paths, draws(0), batch);
+        for segment in 1..=MAX_SEGMENTS {
+            if self.flights.len() == 0 {
                 return;
             }
-            self.line_up();
-            see(&self.rays);
-            self.bounce(scene, settings, coherence, batch);
+            self.fly(course, draws(segment), batch, &mut see);
         }
-        batch.ledger.terminated += self.live.len() as u64;
+        batch.ledger.terminated += self.flights.len() as u64;
     }
 
-    fn emit(&mut self, scene: &Scene, settings: &Settings, pass: u32, paths: Range<u64>) {
-        self.flights.clear();
-        self.flights.extend(paths.filter_map(|index| {
-            let mut rng = Rng::new(settings.seed, Stream::Photon, pass, index);
-            let emission = scene.lights().sample_emission(&mut rng)?;
-            let ray = Ray::new(emission.origin, emission.dir);
-            Some(Flight { ray, power: emission.power, rng, direct: true })
-        }));
-        self.live.clear();
-        self.live.extend(0..self.flights.len() as u32);
-    }
-
-    /// Removes photons without power, or with one that is no number, and returns how many.
-    fn drop_dark(&mut self) -> u64 {
-        let before = self.live.len();
-        let has_power = |power: Rgb| power.is_finite() && power.max_element() > 0.0;
-        self.live.retain(|&k| has_power(self.flights[k as usize].power));
-        (before - self.live.len()) as u64
-    }
-
-    /// Orders the rays by the octant that they point into, otherwise as they come.
-    fn line_up(&mut self) {
-        let octant_of = |k: u32| octant(self.flights[k as usize].ray.dir);
-        let mut places = [0; 9];
-        self.live.iter().for_each(|&k| places[octant_of(k) + 1] += 1);
-        (1..9).for_each(|octant| places[octant] += places[octant - 1]);
-        self.order.clear();
-        self.order.resize(self.live.len(), 0);
-        for &k in &self.live {
-            let place = &mut places[octant_of(k)];
-            self.order[*place] = k;
-            *place += 1;
+    fn emit(&mut self, course: &Course, paths: Range<u64>, draws: Draws, batch: &mut PhotonBatch) {
+        let count = (paths.end - paths.start) as usize;
+        let Wavefront { flights, next, .. } = self;
+        flights.make_room(count);
+        next.make_room(count);
+        for first in (0..count).step_by(LANES) {
+            let (lights, mask) = (course.scene.lights(), first_lanes(count - first));
+            let emission = Emission { lights, draws, first: first as u32, mask, flights };
+            let dark = course.isa.run(emission);
+            batch.ledger.dropped += u64::from(dark.count_ones());
         }
-        self.rays.clear();
-        self.rays.extend(self.order.iter().map(|&k| self.flights[k as usize].ray));
+        batch.ledger.emitted += count as u64;
     }
 
-    /// Traces all rays and sends the photons on their way.
-    fn bounce(&mut self, scene: &Scene, settings: &Settings, coherence: Coherence, batch: &mut PhotonBatch) {
-        let Wavefront { flights, live, order, rays } = self;
-        let mut hits = 0;
-        live.clear();
-        scene.intersect_all(rays, coherence, |k, hit| {
-            hits += 1;
-            let flight = &mut flights[order[k] as usize];
-            let scattering = scene.scatter(hit, Transport::Power);
-            deposit(batch, flight, hit, &scattering);
-            if flight.go_on(hit, &scattering, settings).is_some() {
-                live.push(order[k]);
+    /// Traces all rays, stores the photons where they arrive, and sends them on their way.
+    ///
+    /// Rays are ordered by the octant that they point into, otherwise as they come.
+    fn fly(
+        &mut self,
+        course: &Course,
+        draws: Draws,
+        batch: &mut PhotonBatch,
+        see: &mut impl FnMut(&RayPacket),
+    ) {
+        let Wavefront { flights, next, order, packet } = self;
+        let small = course.scene.primitives() <= SMALL_SCENE;
+        let coherence = if small { Coherence::Coherent } else { Coherence::Incoherent };
+        next.clear();
+        flights.by_octant(order);
+        for places in order.chunks(LANES) {
+            flights.pack(places, &mut packet.photons);
+            see(&packet.photons.rays);
+            packet.trace(course, coherence);
+            packet.bounce_special(course, draws);
+            packet.bounce(course, draws, batch, next);
+        }
+        std::mem::swap(flights, next);
+    }
+}
+
+impl Packet {
+    /// Finds what the photons meet.
+    fn trace(&mut self, course: &Course, coherence: Coherence) {
+        let Packet { photons, hits, surfaces, .. } = self;
+        course.scene.intersect_packet(&photons.rays, hits, coherence);
+        course.scene.surfaces(&photons.rays, hits, surfaces);
+        if course.settings.sampling != DiffuseSampling::Cosine {
+            surfaces.lambertian = 0;
+        }
+    }
+
+    /// Sends photons on, one by one, from surfaces that are not Lambertian.
+    fn bounce_special(&mut self, course: &Course, draws: Draws) {
+        let Packet { photons, hits, surfaces, specials } = self;
+        specials.clear();
+        for lane in bits(surfaces.found & !surfaces.lambertian) {
+            let Some(hit) = course.scene.surface_hit(&photons.rays, hits, lane) else { continue };
+            let scattering = course.scene.scatter(&hit, Transport::Power);
+            let mut rng = draws.of(photons.path[lane]);
+            if let Some((ray, factor)) = go_on(&hit, &scattering, course.settings, &mut rng) {
+                specials.set(lane, &ray, photons.power(lane) * factor);
             }
-        });
+        }
+    }
+
+    /// Stores the photons, and sends them on from Lambertian surfaces.
+    fn bounce(&self, course: &Course, draws: Draws, batch: &mut PhotonBatch, next: &mut Flights) {
+        let Packet { photons, surfaces, specials, .. } = self;
+        let bounce = DiffuseBounce { photons, surfaces, draws, specials, next };
+        let (arrivals, survivors, dark) = course.isa.run(bounce);
+        if !draws.is_first_flight() {
+            deposit(batch, photons, surfaces, &arrivals);
+        }
+        let (rays, found) = (photons.rays.len as u64, u64::from(surfaces.found.count_ones()));
         let ledger = &mut batch.ledger;
-        ledger.rays += rays.len() as u64;
-        ledger.escaped += rays.len() as u64 - hits;
-        ledger.absorbed += hits - live.len() as u64;
+        ledger.rays += rays;
+        ledger.escaped += rays - found;
+        ledger.absorbed += found - u64::from(survivors.count_ones());
+        ledger.dropped += u64::from(dark.count_ones());
     }
 }
 
-fn octant(dir: Vec3) -> usize {
-    usize::from(dir.x > 0.0) | usize::from(dir.y > 0.0) << 1 | usize::from(dir.z > 0.0) << 2
+/// The lanes of a mask.
+fn bits(mut mask: Mask) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lane = mask.trailing_zeros() as usize;
+        mask &= mask.wrapping_sub(1);
+        (lane < LANES).then_some(lane)
+    })
 }
 
-/// Stores the photon where the surface has a diffuse share, before roulette decides how it goes on.
+/// Stores the photons where the surface has a diffuse share, before roulette decides how they go on.
 ///
 /// Only light straight from its source is left out, since shadow rays bring that: light that was mirrored or
 /// refracted on its way (water is opaque to shadow rays) is a caustic and stays.
-fn deposit(batch: &mut PhotonBatch, flight: &Flight, hit: &SurfaceHit, scattering: &Scattering) {
-    if !flight.direct && scattering.albedo != Rgb::ZERO {
-        batch.deposit(hit.p, Photon { wi: hit.wo, ng: hit.receiver().ng, power: flight.power });
+fn deposit(batch: &mut PhotonBatch, photons: &FlightPacket, surfaces: &SurfacePacket, arrivals: &Arrivals) {
+    let (mut lanes, mut count) = ([0; LANES], 0);
+    for lane in bits(arrivals.diffuse) {
+        lanes[count] = lane;
+        count += 1;
     }
+    let lanes = &lanes[..count];
+    let photon =
+        |lane| Photon { wi: at(&arrivals.wo, lane), ng: at(&arrivals.ng, lane), power: photons.power(lane) };
+    batch.positions.extend(lanes.iter().map(|&lane| at(&surfaces.p, lane % LANES)));
+    batch.photons.extend(lanes.iter().map(|&lane| photon(lane % LANES)));
+    batch.ledger.deposited += count as u64;
 }
 
-impl Flight {
-    /// Russian roulette between reflection, refraction, diffuse bounce and absorption, which is `None`.
-    fn go_on(&mut self, hit: &SurfaceHit, scattering: &Scattering, settings: &Settings) -> Option<()> {
-        let (event, dir, factor) = match scattering.choose(self.rng.next_f32())? {
-            Choice::Specular { event, wi, factor } => (event, hit.frame().to_world(wi), factor),
-            Choice::Diffuse { factor } => {
-                let (wi, cosine_factor) = sample_diffuse(settings.sampling, Vec3::Z, &mut self.rng);
-                (Event::Diffuse, Frame::around(hit.receiver().ng).to_world(wi), factor * cosine_factor)
+/// Russian roulette between reflection, refraction, diffuse bounce and absorption, which is `None`: the ray that goes on
+/// and the factor on its power.
+fn go_on(
+    hit: &SurfaceHit,
+    scattering: &Scattering,
+    settings: &Settings,
+    rng: &mut Rng,
+) -> Option<(Ray, Rgb)> {
+    let (event, dir, factor) = match scattering.choose(rng.next_f32())? {
+        Choice::Specular { event, wi, factor } => (event, hit.frame().to_world(wi), factor),
+        Choice::Diffuse { factor } => {
+            let (wi, cosine_factor) = sample_diffuse(settings.sampling, Vec3::Z, rng);
+            (Event::Diffuse, Frame::around(hit.receiver().ng).to_world(wi), factor * cosine_factor)
+        }
+    };
+    let ray = hit.continue_along(event, dir)?;
+    Some((ray, factor * hit.adjoint_correction(event, dir)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene;
+    use std::path::Path;
+
+    const PATHS: u64 = 1000;
+
+    fn scene(name: &str) -> Scene {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(name);
+        Scene::new(scene::load(&path).unwrap()).unwrap()
+    }
+
+    /// Mirror, glass and an area light; the course's material; nothing but Lambertian surfaces under a point.
+    fn scenes() -> [Scene; 3] {
+        ["cornell_b.toml", "course_balls.toml", "course_diffuse.toml"].map(scene)
+    }
+
+    fn followed(course: &Course) -> PhotonBatch {
+        let mut batch = PhotonBatch::default();
+        let mut wavefront = Wavefront::default();
+        for first in [0, 1024] {
+            wavefront.follow(course, first..first + PATHS, &mut batch, |_| ());
+        }
+        batch
+    }
+
+    fn assert_same(a: &PhotonBatch, b: &PhotonBatch, what: impl std::fmt::Display) {
+        assert_eq!(a.ledger, b.ledger, "{what}");
+        assert!(a.positions == b.positions && a.photons == b.photons, "{what}: other photons");
+    }
+
+    #[test]
+    fn every_instruction_set_leaves_the_same_photons() {
+        for scene in scenes() {
+            for sampling in [DiffuseSampling::Cosine, DiffuseSampling::Uniform] {
+                let settings = Settings { sampling, ..Settings::of_scene(scene.render()) };
+                let course = |isa| Course { isa, scene: &scene, settings: &settings, pass: 2 };
+                let expected = followed(&course(Isa::portable()));
+                assert!(expected.photons.len() > 1000 && expected.ledger.is_balanced());
+                Isa::available().for_each(|isa| assert_same(&followed(&course(isa)), &expected, isa));
             }
-        };
-        self.ray = hit.continue_along(event, dir)?;
-        self.power *= factor * hit.adjoint_correction(event, dir);
-        self.direct = false;
-        Some(())
+        }
+    }
+
+    /// The photons of one packet after another, bounced in lanes or one by one.
+    fn bounced(course: &Course, in_lanes: bool) -> (Vec<[[u32; LANES]; 10]>, PhotonBatch) {
+        let (mut wavefront, mut batch) = (Wavefront::default(), PhotonBatch::default());
+        let draws = |segment| Draws { seed: 5, pass: 1, first: 0, segment };
+        wavefront.emit(course, 0..PATHS, draws(0), &mut batch);
+        let mut onward = Vec::new();
+        for segment in 1..4 {
+            let Wavefront { flights, next, order, packet } = &mut wavefront;
+            flights.by_octant(order);
+            for places in order.chunks(LANES) {
+                flights.pack(places, &mut packet.photons);
+                onward.push(packet.photons.to_bits());
+                packet.trace(course, Coherence::Coherent);
+                packet.surfaces.lambertian &= if in_lanes { Mask::MAX } else { 0 };
+                packet.bounce_special(course, draws(segment));
+                packet.bounce(course, draws(segment), &mut batch, next);
+            }
+            std::mem::swap(flights, next);
+            next.clear();
+        }
+        (onward, batch)
+    }
+
+    /// The lanes against the definition, bit by bit.
+    #[test]
+    fn lanes_bounce_as_single_photons_do() {
+        for scene in scenes() {
+            let settings = Settings::of_scene(scene.render());
+            for isa in Isa::available() {
+                let course = Course { isa, scene: &scene, settings: &settings, pass: 0 };
+                let ((flights, batch), (expected, expected_batch)) =
+                    (bounced(&course, true), bounced(&course, false));
+                assert!(flights.len() > 100 && flights == expected, "{isa}");
+                assert_same(&batch, &expected_batch, isa);
+            }
+        }
     }
 }

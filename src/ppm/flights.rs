@@ -1,0 +1,193 @@
+use crate::math::{Rgb, Vec3};
+use crate::scene::{RayPacket, Row};
+use crate::simd::{LANES, LaneVec3, Lanes, Mask, first_lanes};
+
+/// Photons on their way, in columns.
+#[derive(Debug, Default)]
+pub(super) struct Flights {
+    origin: [Vec<f32>; 3],
+    dir: [Vec<f32>; 3],
+    power: [Vec<f32>; 3],
+    /// The number of each within its chunk.
+    path: Vec<u32>,
+    len: usize,
+    /// The places of those that fly into each octant, in order.
+    octants: [Places; 8],
+}
+
+#[derive(Debug, Default)]
+struct Places {
+    places: Vec<u32>,
+    len: usize,
+}
+
+/// Up to sixteen of them.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub(super) struct FlightPacket {
+    pub rays: RayPacket,
+    pub power: [Row; 3],
+    pub path: [u32; LANES],
+}
+
+/// Sixteen of them, in lanes.
+#[derive(Clone, Copy)]
+pub(super) struct LaneFlights<L: Lanes> {
+    pub origin: LaneVec3<L>,
+    pub dir: LaneVec3<L>,
+    pub power: LaneVec3<L>,
+    pub path: L::U32,
+}
+
+impl Flights {
+    /// Forgets all, and makes room for `capacity`.
+    pub fn make_room(&mut self, capacity: usize) {
+        self.clear();
+        // Whole registers are written, whatever is in them.
+        let length = capacity + LANES;
+        let columns = self.origin.iter_mut().chain(&mut self.dir).chain(&mut self.power);
+        columns.for_each(|column| column.resize(length, 0.0));
+        self.path.resize(length, 0);
+        self.octants.iter_mut().for_each(|octant| octant.places.resize(length, 0));
+    }
+
+    /// Forgets all.
+    pub fn clear(&mut self) {
+        self.len = 0;
+        self.octants.iter_mut().for_each(|octant| octant.len = 0);
+    }
+
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Adds the lanes of `mask`, in their order.
+    #[inline(always)]
+    pub fn push<L: Lanes>(&mut self, lanes: L, mask: Mask, flights: &LaneFlights<L>) {
+        let LaneFlights { origin, dir, power, path } = *flights;
+        let dir = dir.compress(lanes, mask);
+        origin.compress(lanes, mask).store(lanes, tail(&mut self.origin, self.len));
+        dir.store(lanes, tail(&mut self.dir, self.len));
+        power.compress(lanes, mask).store(lanes, tail(&mut self.power, self.len));
+        lanes.store_u32(lanes.compress_u32(mask, path), &mut self.path[self.len..]);
+        let count = mask.count_ones() as usize;
+        self.push_octants(lanes, first_lanes(count), dir);
+        self.len += count;
+    }
+
+    #[inline(always)]
+    fn push_octants<L: Lanes>(&mut self, lanes: L, mask: Mask, dir: LaneVec3<L>) {
+        let zero = lanes.splat(0.0);
+        let [x, y, z] = [lanes.lt(zero, dir.x), lanes.lt(zero, dir.y), lanes.lt(zero, dir.z)];
+        let places = lanes.add_u32(lanes.splat_u32(self.len as u32), lanes.load_u32(&COUNT));
+        for (number, octant) in self.octants.iter_mut().enumerate() {
+            let [not_x, not_y, not_z] = [number & 1 == 0, number & 2 == 0, number & 4 == 0];
+            let inside = mask & flipped(x, not_x) & flipped(y, not_y) & flipped(z, not_z);
+            if inside != 0 {
+                lanes.store_u32(lanes.compress_u32(inside, places), &mut octant.places[octant.len..]);
+                octant.len += inside.count_ones() as usize;
+            }
+        }
+    }
+
+    /// The places of all, octant after octant.
+    pub fn by_octant(&self, places: &mut Vec<u32>) {
+        places.clear();
+        self.octants.iter().for_each(|octant| places.extend_from_slice(&octant.places[..octant.len]));
+    }
+
+    /// Puts those at `places`, sixteen at most, into a packet.
+    pub fn pack(&self, places: &[u32], packet: &mut FlightPacket) {
+        packet.rays.len = places.len();
+        // Of one length, so that one check of a place holds for all columns.
+        let all = ..self.len;
+        let [ox, oy, oz] = self.origin.each_ref().map(|column| &column[all]);
+        let [dx, dy, dz] = self.dir.each_ref().map(|column| &column[all]);
+        let [red, green, blue] = self.power.each_ref().map(|column| &column[all]);
+        let path = &self.path[all];
+        let FlightPacket { rays, power, path: paths } = packet;
+        for (lane, &place) in places.iter().enumerate().take(LANES) {
+            let k = place as usize;
+            (rays.origin[0][lane], rays.origin[1][lane], rays.origin[2][lane]) = (ox[k], oy[k], oz[k]);
+            (rays.dir[0][lane], rays.dir[1][lane], rays.dir[2][lane]) = (dx[k], dy[k], dz[k]);
+            (power[0][lane], power[1][lane], power[2][lane]) = (red[k], green[k], blue[k]);
+            paths[lane] = path[k];
+        }
+    }
+}
+
+/// The number of each lane.
+pub(super) const COUNT: [u32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
+
+#[inline(always)]
+fn flipped(mask: Mask, flip: bool) -> Mask {
+    if flip { !mask } else { mask }
+}
+
+#[inline(always)]
+fn tail([x, y, z]: &mut [Vec<f32>; 3], from: usize) -> [&mut [f32]; 3] {
+    [&mut x[from..], &mut y[from..], &mut z[from..]]
+}
+
+impl FlightPacket {
+    /// No photons.
+    pub const EMPTY: FlightPacket =
+        FlightPacket { rays: RayPacket::EMPTY, power: [[0.0; LANES]; 3], path: [0; LANES] };
+
+    /// All numbers of all lanes that hold a photon.
+    #[cfg(test)]
+    pub fn to_bits(self) -> [[u32; LANES]; 10] {
+        let [ox, oy, oz] = self.rays.origin;
+        let [dx, dy, dz] = self.rays.dir;
+        let [red, green, blue] = self.power;
+        let numbers = [ox, oy, oz, dx, dy, dz, red, green, blue].map(|row| row.map(f32::to_bits));
+        let [a, b, c, d, e, f, g, h, i] = numbers;
+        [a, b, c, d, e, f, g, h, i, self.path]
+            .map(|row| std::array::from_fn(|lane| if lane < self.rays.len { row[lane] } else { 0 }))
+    }
+
+    pub fn power(&self, lane: usize) -> Rgb {
+        at(&self.power, lane)
+    }
+
+    #[inline(always)]
+    pub fn load<L: Lanes>(&self, lanes: L) -> LaneFlights<L> {
+        LaneFlights {
+            origin: LaneVec3::from_arrays(lanes, &self.rays.origin),
+            dir: LaneVec3::from_arrays(lanes, &self.rays.dir),
+            power: LaneVec3::from_arrays(lanes, &self.power),
+            path: lanes.load_u32(&self.path),
+        }
+    }
+}
+
+/// The vector of one lane.
+#[inline(always)]
+pub(super) fn at([x, y, z]: &[Row; 3], lane: usize) -> Vec3 {
+    Vec3::new(x[lane], y[lane], z[lane])
+}
+
+impl<L: Lanes> LaneFlights<L> {
+    /// `self` in the lanes of `mask`, `other` elsewhere.
+    #[inline(always)]
+    pub fn or(self, lanes: L, mask: Mask, other: &LaneFlights<L>) -> LaneFlights<L> {
+        LaneFlights {
+            origin: self.origin.or(lanes, mask, other.origin),
+            dir: self.dir.or(lanes, mask, other.dir),
+            power: self.power.or(lanes, mask, other.power),
+            path: self.path,
+        }
+    }
+
+    /// Who carries some power, and none that is no number.
+    #[inline(always)]
+    pub fn have_power(&self, lanes: L) -> Mask {
+        let LaneVec3 { x, y, z } = self.power;
+        let (zero, one, most) = (lanes.splat(0.0), lanes.splat(1.0), lanes.splat(f32::MAX));
+        let some = lanes.lt(zero, x) | lanes.lt(zero, y) | lanes.lt(zero, z);
+        let finite = lanes.le(lanes.copysign(x, one), most)
+            & lanes.le(lanes.copysign(y, one), most)
+            & lanes.le(lanes.copysign(z, one), most);
+        some & finite
+    }
+}
