@@ -4,7 +4,8 @@ use super::SphereDesc;
 use super::surface::Surface;
 use crate::bvh::{self, RayBvh, RayBvhBuilder, RayBvhError};
 use crate::embree::{
-    self, Coherence, Device, EmbreeError, HitPacket, PACKET, PacketWidth, RayPacket, SceneBuilder, SceneOptions,
+    self, Coherence, Device, EmbreeError, HitPacket, PACKET, PacketWidth, RayPacket, SceneBuilder,
+    SceneOptions,
 };
 use crate::math::Ray;
 
