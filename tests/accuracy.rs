@@ -5,7 +5,7 @@ mod common;
 
 use caustica::compare::{Coverage, Estimate, Metrics, Region};
 use caustica::film::Image;
-use caustica::ppm::{Forecast, RadiusPolicy, Render, Settings};
+use caustica::ppm::{ErrorEstimates, Forecast, RadiusPolicy, Render, Settings};
 use caustica::scene::Scene;
 use common::{scene_at, settings};
 
@@ -15,14 +15,21 @@ const EYE_SEED: Option<u64> = Some(0);
 /// Few pixels want large discs and few photons.
 fn rough(scene: &Scene, radius: f64, photons: u64) -> Settings {
     let settings = settings(scene);
-    Settings { radius: Some(radius), photons, seed: 1, eye_seed: EYE_SEED, error_estimates: true, ..settings }
+    Settings {
+        radius: Some(radius),
+        photons,
+        seed: 1,
+        eye_seed: EYE_SEED,
+        error_estimates: ErrorEstimates::Pixels,
+        ..settings
+    }
 }
 
 /// Many times as many photons as the picture that it judges, in discs of half the radius.
 fn fine(scene: &Scene, rough: &Settings) -> Image {
     let photons = 25 * rough.photons;
     let radius = rough.radius.map(|radius| 0.7 * radius);
-    let settings = Settings { photons, radius, seed: 2, error_estimates: false, ..*rough };
+    let settings = Settings { photons, radius, seed: 2, error_estimates: ErrorEstimates::None, ..*rough };
     after(scene, settings, 30).picture()
 }
 
@@ -36,7 +43,7 @@ fn after(scene: &Scene, settings: Settings, passes: u32) -> Render<'_> {
 
 /// Of all pixels and channels, the share whose true error is inside the bound.
 fn coverage(render: &Render, reference: &Image, confidence: f64) -> f64 {
-    let (picture, bound) = (render.picture(), render.accuracy(confidence).unwrap().layers().bound);
+    let (picture, bound) = (render.picture(), render.accuracy(confidence).unwrap().layers().unwrap().bound);
     let region = Region::of(&picture);
     let coverage = Coverage::of(&bound, &picture, Estimate::exact(reference), &region).unwrap();
     assert!(coverage.untrusted < 0.1, "{coverage:?}");
@@ -58,7 +65,7 @@ fn assert_bounds_are_honest(name: &str, radius: f64, photons: u64) {
     let metrics = Metrics::between(&render.picture(), &reference).unwrap();
     let (truth, said) = (metrics.rel_mse.sqrt(), render.accuracy(0.9).unwrap().picture().error);
     eprintln!("{name}: error {truth:.4}, estimated {said:.4}");
-    assert!((said / truth - 1.0).abs() < 0.15, "{name}: the error is {truth:.4}, the estimate {said:.4}");
+    assert!((said / truth - 1.0).abs() < 0.2, "{name}: the error is {truth:.4}, the estimate {said:.4}");
 }
 
 #[test]
@@ -73,7 +80,7 @@ fn bounds_hold_under_water() {
 
 #[test]
 fn bounds_hold_for_caustics_of_an_area_light() {
-    assert_bounds_are_honest("cornell_b.toml", 12.0, 6000);
+    assert_bounds_are_honest("cornell_b.toml", 10.0, 6000);
 }
 
 #[test]
@@ -81,24 +88,48 @@ fn bounds_hold_between_blocks() {
     assert_bounds_are_honest("cornell_a.toml", 20.0, 6000);
 }
 
-/// Blur alone: discs so large, and photons so many, that noise hardly matters.
+/// Discs so large that blur is most of the error: their shrinking tells, where noise alone would claim too much.
 #[test]
-fn bias_is_found_where_discs_are_too_large() {
+fn blur_of_large_discs_is_in_the_bounds() {
     let scene = scene_at("course_water.toml", 64, 64);
-    let settings = Settings { policy: RadiusPolicy::Fixed, ..rough(&scene, 8.0, 300_000) };
-    let render = after(&scene, settings, 5);
-    let reference = after(&scene, Settings { seed: 3, ..rough(&scene, 2.0, 1_000_000) }, 4).picture();
-    let (picture, layers) = (render.picture(), render.accuracy(0.9).unwrap().layers());
-    let [mut products, mut squares, mut errors] = [0.0; 3];
-    for pixel in 0..picture.pixels().len() {
-        let error = (picture.pixels()[pixel] - reference.pixels()[pixel]).as_dvec3();
-        let bias = layers.bias.pixels()[pixel].as_dvec3();
-        products += error.dot(bias);
-        squares += bias.dot(bias);
-        errors += error.dot(error);
+    let render = after(&scene, rough(&scene, 8.0, 60_000), 24);
+    let reference = after(&scene, Settings { seed: 3, ..rough(&scene, 2.0, 1_000_000) }, 5).picture();
+    let (picture, layers) = (render.picture(), render.accuracy(0.9).unwrap().layers().unwrap());
+    let mut by_noise = layers.stderr.clone();
+    // Student's quantile of 90 % for the batches of 24 passes.
+    by_noise.pixels_mut().iter_mut().for_each(|pixel| *pixel *= 1.8);
+    let share = |bound| {
+        let region = Region::of(&picture);
+        Coverage::of(bound, &picture, Estimate::exact(&reference), &region).unwrap().share
+    };
+    let (bounds, noise) = (share(&layers.bound), share(&by_noise));
+    eprintln!("{bounds:.3} within bounds, {noise:.3} within those of noise alone");
+    assert!(noise < 0.75 && bounds > noise + 0.05, "{bounds} {noise}");
+}
+
+/// Radii that stay tell nothing of their blur, so nothing is claimed.
+#[test]
+fn fixed_radii_have_no_bounds() {
+    let scene = scene_at("course_diffuse.toml", 16, 16);
+    for settings in [
+        Settings { policy: RadiusPolicy::Fixed, ..rough(&scene, 10.0, 5000) },
+        Settings { alpha: 1.0, ..rough(&scene, 10.0, 5000) },
+    ] {
+        let render = after(&scene, settings, 4);
+        let bound = render.accuracy(0.9).unwrap().layers().unwrap().bound;
+        assert!(bound.pixels().iter().all(|bound| bound.is_nan()));
     }
-    let correlation = products / (squares * errors).sqrt();
-    assert!(correlation > 0.6, "estimated and true bias correlate by {correlation:.2}");
+}
+
+/// The error of the picture is told from the same batches, whether all pixels are looked at or few.
+#[test]
+fn picture_errors_do_not_depend_on_layers() {
+    let scene = scene_at("cornell_b.toml", 201, 200);
+    let settings = rough(&scene, 5.0, 20_000);
+    let few = Settings { error_estimates: ErrorEstimates::Picture, ..settings };
+    let error = |settings| after(&scene, settings, 6).accuracy(0.9).unwrap().picture();
+    assert_eq!(error(settings), error(few));
+    assert!(after(&scene, few, 6).accuracy(0.9).unwrap().layers().is_none());
 }
 
 /// A fixed radius keeps its blur, however many photons come; a shrinking one does not.
@@ -107,7 +138,7 @@ fn error_of_a_fixed_radius_stops_falling() {
     let scene = scene_at("course_water.toml", 48, 48);
     let reference = after(&scene, Settings { seed: 3, ..rough(&scene, 2.0, 1_000_000) }, 4).picture();
     let [fixed, shared] = [RadiusPolicy::Fixed, RadiusPolicy::Shared].map(|policy| {
-        let settings = Settings { policy, ..rough(&scene, 10.0, 100_000) };
+        let settings = Settings { policy, alpha: 0.5, ..rough(&scene, 10.0, 100_000) };
         let error = |passes| {
             let picture = after(&scene, settings, passes).picture();
             Metrics::between(&picture, &reference).unwrap().rel_mse.sqrt()
@@ -121,19 +152,25 @@ fn error_of_a_fixed_radius_stops_falling() {
 /// The passes that a target needs, foretold after a tenth of them.
 #[test]
 fn forecast_comes_true() {
-    let scene = scene_at("course_water.toml", 48, 48);
-    let mut render = Render::new(&scene, rough(&scene, 6.0, 4000));
-    let mut forecast = Forecast::default();
-    while render.passes() < 20 {
-        render.pass();
-        if let Some(accuracy) = render.accuracy(0.9) {
-            forecast.add(&accuracy.picture(), f64::from(render.passes()));
+    let scene = scene_at("cornell_a.toml", 48, 48);
+    let mut render = Render::new(&scene, rough(&scene, 15.0, 3000));
+    let mut forecast = Forecast::new(render.settings().policy, render.settings().alpha);
+    let mut error_after = |passes: u32| {
+        while render.passes() < passes {
+            render.pass();
         }
+        let error = render.accuracy(0.9).unwrap().picture();
+        if passes <= 24 {
+            forecast.add(&error, f64::from(passes));
+        }
+        error.error
+    };
+    for passes in [3, 6, 8, 10, 13, 16, 20, 24] {
+        error_after(passes);
     }
-    let upper = |render: &Render| render.accuracy(0.9).unwrap().picture().upper;
-    let target = upper(&after(&scene, *render.settings(), 200));
+    let target = error_after(240);
     let foretold = forecast.outlook(target).unwrap();
-    assert!((foretold.passes / 200.0 - 1.0).abs() < 0.25, "{foretold:?} for 200 passes");
+    assert!((foretold.passes / 240.0 - 1.0).abs() < 0.25, "{foretold:?} for 240 passes");
 }
 
 /// Estimates only look on: the picture has the same bits with and without.
@@ -141,7 +178,7 @@ fn forecast_comes_true() {
 fn estimates_do_not_change_the_picture() {
     let scene = scene_at("cornell_b.toml", 32, 32);
     let settings = rough(&scene, 20.0, 2000);
-    let without = Settings { error_estimates: false, ..settings };
+    let without = Settings { error_estimates: ErrorEstimates::None, ..settings };
     assert_eq!(after(&scene, settings, 5).picture(), after(&scene, without, 5).picture());
     assert!(after(&scene, without, 5).accuracy(0.9).is_none());
     assert!(after(&scene, settings, 1).accuracy(0.9).is_none(), "one pass knows nothing of its noise");
@@ -154,7 +191,7 @@ fn too_few_photons_are_not_trusted() {
     let render = after(&scene, rough(&scene, 0.01, 1000), 3);
     let accuracy = render.accuracy(0.9).unwrap();
     assert!(accuracy.picture().untrusted > 0.9);
-    let layers = accuracy.layers();
+    let layers = accuracy.layers().unwrap();
     let untrusted = layers.bound.pixels().iter().zip(layers.photons.pixels());
     for (bound, photons) in untrusted {
         assert!(bound.is_nan() || photons.x >= 8.0, "a bound of {bound} from {} photons", photons.x);

@@ -46,6 +46,11 @@ pub enum CliError {
     NotExrName { path: PathBuf },
     #[error("{path}: an error picture is written as {kind}; name a file that ends in .{kind}", path = path.display())]
     ErrorPictureName { path: PathBuf, kind: &'static str },
+    #[error(
+        "a target of {target} is out of reach: with these settings radii do not shrink, so the error never falls below the blur of \
+         the first discs, which no pass can tell from light; give --alpha below 1 and a --radius-policy that shrinks"
+    )]
+    TargetOutOfReach { target: String },
     #[error("{0}")]
     BadImage(#[source] OutputError),
     /// Found when the work was done.
@@ -71,6 +76,7 @@ impl CliError {
             | CliError::BadOutput(_)
             | CliError::NotExrName { .. }
             | CliError::ErrorPictureName { .. }
+            | CliError::TargetOutOfReach { .. }
             | CliError::BadImage(_)
             | CliError::Study(
                 StudyError::Compare(_) | StudyError::Line { .. } | StudyError::NotFinite { .. },

@@ -2,7 +2,7 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use crate::ppm::{Forecast, Outlook, PictureError, Render};
+use crate::ppm::{Forecast, Outlook, PictureError, Render, Settings};
 
 /// The error is estimated anew when there are so many times the passes of the last time.
 const GROWTH: f64 = 1.25;
@@ -33,8 +33,9 @@ pub struct ErrorRecord {
 }
 
 impl ErrorWatch {
-    pub fn new(target: Option<f64>, confidence: f64) -> ErrorWatch {
-        ErrorWatch { target, confidence, forecast: Forecast::default(), latest: None, next: 2 }
+    pub fn new(target: Option<f64>, confidence: f64, settings: &Settings) -> ErrorWatch {
+        let forecast = Forecast::new(settings.policy, settings.alpha);
+        ErrorWatch { target, confidence, forecast, latest: None, next: 2 }
     }
 
     /// Looks at the error, if it is time to; `seconds` is what the render took so far.
@@ -134,7 +135,7 @@ mod tests {
     fn looks_become_rarer_but_not_past_the_target() {
         assert_eq!(next_look(2, None), 3);
         assert_eq!(next_look(100, None), 125);
-        let expected = |passes| Some(Outlook { exponent: 0.3, passes, seconds: 1.0 });
+        let expected = |passes| Some(Outlook { passes, seconds: 1.0 });
         assert_eq!(next_look(100, expected(110.2)), 111);
         assert_eq!(next_look(100, expected(90.0)), 101);
         assert_eq!(next_look(100, expected(1e12)), 125);

@@ -87,7 +87,7 @@ impl Outputs {
 
     pub fn write(&self, render: &Render, seconds: f64) -> Result<(), CliError> {
         let metadata = self.metadata(render, seconds);
-        let layers = self.layers.and_then(|confidence| Some(render.accuracy(confidence)?.layers()));
+        let layers = self.layers.and_then(|confidence| render.accuracy(confidence)?.layers());
         let layers = layers.as_ref().map(named).unwrap_or_default();
         self.picture.write_layers(&render.picture(), &layers, &metadata, &self.display)?;
         if let Some(direct) = &self.direct {

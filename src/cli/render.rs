@@ -5,7 +5,7 @@ use super::interrupt::Interrupt;
 use super::outputs::Outputs;
 use super::progress::{Budget, Progress};
 use super::{load, use_threads};
-use crate::ppm::{Render, Settings};
+use crate::ppm::{ErrorEstimates, Render, Settings};
 use crate::scene::{Scene, SceneDesc};
 
 /// Renders a scene by photon mapping: passes until the budget is spent or the target reached, then the picture.
@@ -14,6 +14,7 @@ pub fn run(args: &RenderArgs) -> Result<Outcome, CliError> {
     let mut desc = load(&args.scene)?;
     desc.film = args.run.size.unwrap_or(desc.film);
     let settings = settings(args, &desc);
+    check_target(args, &settings)?;
     let mut outputs = Outputs::check(args, &desc, threads)?;
     let budget = budget(args, &desc);
     let scene = Scene::with_traversal(desc, args.run.traversal.into())?;
@@ -21,7 +22,7 @@ pub fn run(args: &RenderArgs) -> Result<Outcome, CliError> {
     let progress = Progress::start("pass", budget);
     let mut render = Render::new(&scene, settings);
     announce(args, &render);
-    let mut errors = ErrorWatch::new(args.target_error, args.confidence);
+    let mut errors = ErrorWatch::new(args.target_error, args.confidence, &settings);
     while !(progress.is_over(render.passes()) || errors.is_met() || interrupt.is_asked()) {
         let pass = render.pass();
         let seconds = progress.seconds();
@@ -46,13 +47,14 @@ fn announce(args: &RenderArgs, render: &Render) {
     eprintln!(
         "target: relative error (√relMSE over all pixels and channels, as `caustica compare` has it) at most {target} with {confidence} confidence"
     );
-    let Settings { policy, alpha, .. } = *render.settings();
-    if policy.asymptotic_exponent(alpha) == 0.0 {
-        eprintln!(
-            "warning: with these settings radii do not shrink, so the error never falls below the blur by a disc of radius {:.4}; \
-             if that is above {target}, no number of passes reaches it: choose a smaller --radius, or an --alpha below 1 with a --radius-policy that shrinks",
-            render.setup().radius
-        );
+}
+
+/// A radius that stays as it is hides its blur, so no error could be claimed.
+fn check_target(args: &RenderArgs, settings: &Settings) -> Result<(), CliError> {
+    let shrinks = settings.policy.asymptotic_exponent(settings.alpha) > 0.0;
+    match args.target_error {
+        Some(target) if !shrinks => Err(CliError::TargetOutOfReach { target: percent(target) }),
+        _ => Ok(()),
     }
 }
 
@@ -69,7 +71,15 @@ fn settings(args: &RenderArgs, desc: &SceneDesc) -> Settings {
         sampling: args.sampling.into(),
         seed: args.run.seed,
         eye_seed: args.eye_seed,
-        error_estimates: !args.no_error_estimates,
+        error_estimates: error_estimates(args),
+    }
+}
+
+fn error_estimates(args: &RenderArgs) -> ErrorEstimates {
+    match (args.no_error_estimates, args.layers) {
+        (true, _) => ErrorEstimates::None,
+        (false, false) => ErrorEstimates::Picture,
+        (false, true) => ErrorEstimates::Pixels,
     }
 }
 

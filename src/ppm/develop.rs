@@ -1,5 +1,7 @@
 //! From statistics to a picture: `L = emitted + Σ weight · albedo / π · (E_direct + τ / (π R² N_emitted))`.
 
+use std::f64::consts::PI;
+
 use rayon::prelude::*;
 
 use super::Render;
@@ -24,12 +26,21 @@ pub(super) fn radiance(render: &Render, pixel: usize) -> DVec3 {
 
 /// The part of [`radiance`] that photons brought.
 pub(super) fn photon_radiance(render: &Render, pixel: usize) -> DVec3 {
-    reflected(render, pixel, |p| from_photons(render, p))
+    // What all hit points are divided by alike comes last: estimates of the error read every state again and again.
+    let densities = reflected(render, pixel, |p| {
+        let state = render.states.get(p);
+        state.flux * state.radius2.recip()
+    });
+    densities / (PI * render.emitted_photons as f64)
 }
 
 /// The part of [`radiance`] that changes from pass to pass.
 pub(super) fn noisy_radiance(render: &Render, pixel: usize) -> DVec3 {
-    reflected(render, pixel, |p| render.direct.irradiance_from_areas(p) + from_photons(render, p))
+    let photons = photon_radiance(render, pixel);
+    if !render.direct.is_sampled() {
+        return photons;
+    }
+    photons + reflected(render, pixel, |p| render.direct.irradiance_from_areas(p))
 }
 
 fn from_photons(render: &Render, position: usize) -> DVec3 {

@@ -64,6 +64,11 @@ impl DirectPass {
         self.from_points[index].as_dvec3() + self.irradiance_from_areas(index)
     }
 
+    /// Whether any of it is sampled, and so changes from pass to pass.
+    pub fn is_sampled(&self) -> bool {
+        !self.from_areas.is_empty()
+    }
+
     /// The part of [`DirectPass::irradiance`] that is sampled.
     pub fn irradiance_from_areas(&self, index: usize) -> DVec3 {
         self.from_areas.get(index).map_or(DVec3::ZERO, |sum| *sum / f64::from(self.passes))

@@ -46,7 +46,7 @@ pub use ledger::Ledger;
 pub use photon_pass::{Photon, PhotonBatch, PhotonPass};
 pub use radius::automatic_radius;
 pub use radius_policy::RadiusPolicy;
-pub use settings::Settings;
+pub use settings::{ErrorEstimates, Settings};
 pub use statistic::Precision;
 pub use statistics::{PassStatistics, PhaseSeconds, RadiusRange, SetupStatistics};
 
@@ -58,7 +58,7 @@ use crate::bvh::{Sphere, SphereBvh};
 use crate::film::Image;
 use crate::math::Rgb;
 use crate::scene::Scene;
-use accuracy::BatchMeans;
+use accuracy::{BatchMeans, sampling_step};
 use pixel_lists::PixelLists;
 use statistic::Statistics;
 use statistics::Stopwatch;
@@ -95,7 +95,7 @@ impl<'s> Render<'s> {
         let states = Statistics::new(hit_points.len(), radius, settings.policy, settings.precision);
         let facets = Facets::of(&hit_points);
         let pixel_lists = PixelLists::new(&hit_points, eye.emitted.len(), |h| reflectance(scene, h));
-        let batches = settings.error_estimates.then(|| BatchMeans::new(eye.emitted.len()));
+        let batches = batch_means(&settings, eye.emitted.len(), scene.film().width as usize);
         let tree_seconds = watch.lap();
         let direct = DirectPass::new(scene, &hit_points, settings.seed);
         let setup = SetupStatistics {
@@ -144,10 +144,12 @@ impl<'s> Render<'s> {
         self.passes += 1;
         self.shrink_together();
         phases.gather = watch.lap();
-        self.close_batch();
+        let radius = RadiusRange::of(self.tree.radii());
+        watch.lap();
+        self.close_batch(radius.mean);
         phases.errors = watch.lap();
         let shadow_rays = self.direct.rays() - shadow_rays_before;
-        self.statistics(phases, ledger, found, shadow_rays)
+        self.statistics(phases, ledger, found, shadow_rays, radius)
     }
 
     /// Shrinks the radii that follow a common schedule.
@@ -160,9 +162,12 @@ impl<'s> Render<'s> {
     }
 
     /// Ends the batch of passes that the estimates of the error count by, if it is long enough.
-    fn close_batch(&mut self) {
-        let Some(mut batches) = self.batches.take_if(|batches| batches.is_due(self.passes)) else { return };
-        batches.close(self.passes, |pixel| develop::noisy_radiance(self, pixel));
+    fn close_batch(&mut self, mean_radius: f64) {
+        let Some(mut batches) = self.batches.take() else { return };
+        batches.shrink((mean_radius / self.setup.radius).powi(2));
+        if batches.is_due(self.passes) {
+            batches.close(self.passes, |pixel| develop::noisy_radiance(self, pixel));
+        }
         self.batches = Some(batches);
     }
 
@@ -239,6 +244,14 @@ impl<'s> Render<'s> {
             + self.direct.memory_bytes()
             + self.photon_pass.memory_bytes()
             + size_of_val(&*self.emitted_light)
+    }
+}
+
+fn batch_means(settings: &Settings, pixels: usize, width: usize) -> Option<BatchMeans> {
+    match settings.error_estimates {
+        ErrorEstimates::None => None,
+        ErrorEstimates::Picture => Some(BatchMeans::new(pixels, sampling_step(pixels, width))),
+        ErrorEstimates::Pixels => Some(BatchMeans::new(pixels, 1)),
     }
 }
 

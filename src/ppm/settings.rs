@@ -2,6 +2,18 @@ use super::{Precision, RadiusPolicy};
 use crate::bsdf::DiffuseSampling;
 use crate::scene::RenderDesc;
 
+/// What a render keeps statistics of, for [`Render::accuracy`](super::Render::accuracy).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ErrorEstimates {
+    /// Nothing.
+    #[default]
+    None,
+    /// Some thousand pixels: enough for the error of the picture.
+    Picture,
+    /// Every pixel, 168 bytes each.
+    Pixels,
+}
+
 /// What governs a render, beside the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
@@ -25,8 +37,8 @@ pub struct Settings {
     pub seed: u64,
     /// Key of the eye paths, if another than `seed`: renders with equal ones have the same hit points.
     pub eye_seed: Option<u64>,
-    /// Whether to keep the statistics that [`Render::accuracy`](super::Render::accuracy) needs: 72 bytes a pixel.
-    pub error_estimates: bool,
+    /// What is to be known of the error.
+    pub error_estimates: ErrorEstimates,
 }
 
 impl Settings {
@@ -44,7 +56,7 @@ impl Settings {
             sampling: DiffuseSampling::Cosine,
             seed: 0,
             eye_seed: None,
-            error_estimates: false,
+            error_estimates: ErrorEstimates::None,
         }
     }
 }

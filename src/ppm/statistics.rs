@@ -103,13 +103,15 @@ impl Stopwatch {
 /// Radii that one task sums; fixed, so that the order of the sum is.
 const CHUNK: usize = 1 << 14;
 
-fn radius_range(radii: &[f32]) -> RadiusRange {
-    if radii.is_empty() {
-        return RadiusRange::default();
+impl RadiusRange {
+    pub(super) fn of(radii: &[f32]) -> RadiusRange {
+        if radii.is_empty() {
+            return RadiusRange::default();
+        }
+        let chunks: Vec<RadiusRange> = radii.par_chunks(CHUNK).map(range_and_sum).collect();
+        let all = chunks.iter().copied().reduce(combine).unwrap_or_default();
+        RadiusRange { mean: all.mean / radii.len() as f64, ..all }
     }
-    let chunks: Vec<RadiusRange> = radii.par_chunks(CHUNK).map(range_and_sum).collect();
-    let all = chunks.iter().copied().reduce(combine).unwrap_or_default();
-    RadiusRange { mean: all.mean / radii.len() as f64, ..all }
 }
 
 /// Of one chunk, with the sum in place of the mean.
@@ -131,6 +133,7 @@ impl Render<'_> {
         photons: Ledger,
         found: Found,
         shadow_rays: u64,
+        radius: RadiusRange,
     ) -> PassStatistics {
         PassStatistics {
             pass: self.passes,
@@ -141,7 +144,7 @@ impl Render<'_> {
             gathered: found.accepted,
             rejected_by_side: found.rejected,
             emitted_in_all: self.emitted_photons,
-            radius: radius_range(self.tree.radii()),
+            radius,
             memory_bytes: self.memory_bytes() as u64,
         }
     }

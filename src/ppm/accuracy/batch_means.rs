@@ -1,11 +1,12 @@
 use rayon::prelude::*;
 
+use super::radius_trend::{RadiusTrend, TrendSums};
 use crate::math::DVec3;
 
 /// Every batch but the first few holds about one in so many of the passes before it: longer and longer, so that few are enough.
 const PARTS: u32 = 6;
 
-/// The variance of every pixel's mean over passes, from the sums of batches of passes.
+/// The variance of pixels' means over passes, from the sums of batches of passes.
 ///
 /// The estimate after `n` passes is `L_n = (1/n) Σ x_i`, with `x_i` what pass `i` alone says: shrinking a radius keeps
 /// `τ / R²`, so `τ / (π R² N_emitted)` is the mean of `Φ_i / (π R_i² N_pass)`. Given the radii, passes are
@@ -18,12 +19,20 @@ const PARTS: u32 = 6;
 /// Approach", ACM Transactions on Graphics 30(3), 2011, for their independence.
 #[derive(Clone, Debug)]
 pub(crate) struct BatchMeans {
+    /// Of every pixel whose number is a multiple of `step`.
     pixels: Vec<Moments>,
+    step: usize,
     /// Passes in all batches: `n`.
     passes: u32,
     /// `Σ n_b²`.
     squares: f64,
     batches: u32,
+    /// The mean `R²` of all hit points in the pass under way, in units of the first.
+    radius2: f64,
+    /// Its sum over the passes of the open batch.
+    open_radius2: f64,
+    /// Of batches 0, 2, 4 ... and 1, 3, 5 ...: two estimates of the bias that share no photon.
+    trends: [RadiusTrend; 2],
 }
 
 /// The sums of one pixel.
@@ -35,11 +44,31 @@ struct Moments {
     squares: DVec3,
     /// `Σ n_b D_b`.
     weighted: DVec3,
+    /// For each of the trends.
+    trends: [TrendSums; 2],
 }
 
 impl BatchMeans {
-    pub(crate) fn new(pixels: usize) -> BatchMeans {
-        BatchMeans { pixels: vec![Moments::default(); pixels], passes: 0, squares: 0.0, batches: 0 }
+    /// For every `step`-th of so many pixels.
+    pub(crate) fn new(pixels: usize, step: usize) -> BatchMeans {
+        let pixels = vec![Moments::default(); pixels.div_ceil(step)];
+        let trends = Default::default();
+        BatchMeans {
+            pixels,
+            step,
+            passes: 0,
+            squares: 0.0,
+            batches: 0,
+            radius2: 1.0,
+            open_radius2: 0.0,
+            trends,
+        }
+    }
+
+    /// Notes the mean `R²` of all hit points after a pass, in units of the first.
+    pub(crate) fn shrink(&mut self, radius2: f64) {
+        self.open_radius2 += self.radius2;
+        self.radius2 = radius2;
     }
 
     /// Whether a batch that ends after `passes` passes is long enough.
@@ -50,9 +79,14 @@ impl BatchMeans {
     /// Ends a batch after `passes` passes, more than at the last call; `mean` is `L_n` of a pixel.
     pub(crate) fn close(&mut self, passes: u32, mean: impl Fn(usize) -> DVec3 + Sync) {
         let length = f64::from(passes - self.passes);
-        self.pixels.par_iter_mut().enumerate().for_each(|(pixel, moments)| {
-            moments.add(length, f64::from(passes) * mean(pixel) - moments.sum);
+        let (step, half) = (self.step, self.batches as usize % 2);
+        let radius2 = std::mem::take(&mut self.open_radius2) / length;
+        self.pixels.par_iter_mut().enumerate().for_each(|(index, moments)| {
+            let sum = f64::from(passes) * mean(index * step) - moments.sum;
+            moments.add(length, sum);
+            moments.trends[half].add(sum, radius2);
         });
+        self.trends[half].add(length, radius2);
         self.passes = passes;
         self.squares += length * length;
         self.batches += 1;
@@ -63,25 +97,36 @@ impl BatchMeans {
         self.passes
     }
 
-    /// Pixels of the picture.
+    /// Pixels that are looked at.
     pub(crate) fn len(&self) -> usize {
         self.pixels.len()
     }
 
-    /// The mean of a pixel; zero before the first batch is closed.
-    pub(crate) fn mean(&self, pixel: usize) -> DVec3 {
-        self.pixels[pixel].sum / f64::from(self.passes.max(1))
+    /// The distance between pixels that are looked at: 1 if all are.
+    pub(crate) fn step(&self) -> usize {
+        self.step
     }
 
-    /// The variance of that mean; infinite below two batches, where nothing is known of it.
+    /// The variance of a pixel's mean; infinite below two batches, where nothing is known of it, and for pixels that are
+    /// not looked at.
     pub(crate) fn variance(&self, pixel: usize) -> DVec3 {
-        if self.batches < 2 {
+        if self.batches < 2 || !pixel.is_multiple_of(self.step) {
             return DVec3::INFINITY;
         }
-        let (n, mean) = (f64::from(self.passes), self.mean(pixel));
-        let Moments { squares, weighted, .. } = self.pixels[pixel];
+        let Moments { sum, squares, weighted, .. } = self.pixels[pixel / self.step];
+        let n = f64::from(self.passes);
+        let mean = sum / n;
         let deviations = squares - 2.0 * mean * weighted + mean * mean * self.squares;
         deviations.max(DVec3::ZERO) / (n * n - self.squares)
+    }
+
+    /// Two independent estimates of the bias of a pixel's mean; `None` where radii hardly changed, or too few batches are
+    /// there to tell, and for pixels that are not looked at.
+    pub(crate) fn biases(&self, pixel: usize) -> Option<[DVec3; 2]> {
+        let moments = pixel.is_multiple_of(self.step).then(|| &self.pixels[pixel / self.step])?;
+        let [even, odd] = &self.trends;
+        let mean_radius2 = 0.5 * (even.mean_radius2() + odd.mean_radius2());
+        Some([even.bias(&moments.trends[0], mean_radius2)?, odd.bias(&moments.trends[1], mean_radius2)?])
     }
 
     /// The degrees of freedom of the variance, `n² / Σ n_b² - 1`: one less than there are batches, if all are equal.
@@ -111,7 +156,7 @@ mod tests {
 
     /// One pixel that sees `noise(pass)` in each pass.
     fn batches_of(passes: u32, mut noise: impl FnMut(u32) -> f64) -> BatchMeans {
-        let (mut batches, mut sum) = (BatchMeans::new(1), 0.0);
+        let (mut batches, mut sum) = (BatchMeans::new(1, 1), 0.0);
         for pass in 1..=passes {
             sum += noise(pass);
             if batches.is_due(pass) {
@@ -123,7 +168,7 @@ mod tests {
 
     #[test]
     fn batches_are_single_passes_at_first_and_grow_with_their_number() {
-        let mut batches = BatchMeans::new(0);
+        let mut batches = BatchMeans::new(0, 1);
         let ends: Vec<u32> = (1..=40)
             .filter(|&pass| {
                 let due = batches.is_due(pass);
@@ -140,7 +185,6 @@ mod tests {
     fn single_passes_give_the_textbook_variance_of_a_mean() {
         let values = [3.0, 5.0, 4.0, 8.0];
         let batches = batches_of(4, |pass| values[pass as usize - 1]);
-        assert_eq!(batches.mean(0), DVec3::splat(5.0));
         // Σ (x - 5)² = 14; 14 / (4 · 3).
         assert!((batches.variance(0).x - 14.0 / 12.0).abs() < 1e-12);
         assert!((batches.degrees_of_freedom() - 3.0).abs() < 1e-12);
@@ -148,8 +192,8 @@ mod tests {
 
     #[test]
     fn nothing_is_claimed_from_one_batch() {
-        let mut batches = BatchMeans::new(1);
-        assert_eq!((batches.degrees_of_freedom(), batches.mean(0)), (0.0, DVec3::ZERO));
+        let mut batches = BatchMeans::new(1, 1);
+        assert_eq!(batches.degrees_of_freedom(), 0.0);
         batches.close(1, |_| DVec3::ONE);
         assert_eq!(batches.variance(0), DVec3::INFINITY);
         assert_eq!(batches.degrees_of_freedom(), 0.0);
@@ -172,6 +216,17 @@ mod tests {
                 / 4000.0;
             assert!((mean / truth - 1.0).abs() < 0.05, "{passes} passes, growth {growth}: {}", mean / truth);
         }
+    }
+
+    #[test]
+    fn pixels_between_the_steps_are_not_looked_at() {
+        let mut batches = BatchMeans::new(8, 3);
+        for pass in [1, 2] {
+            batches.close(pass, |pixel| DVec3::splat(f64::from(pass) * pixel as f64));
+        }
+        // Passes of p and 3 p: the mean 2 p has the variance p².
+        let expected = |pixel| if pixel % 3 == 0 { (pixel * pixel) as f64 } else { f64::INFINITY };
+        assert!((0..8).all(|pixel| batches.variance(pixel).x == expected(pixel)));
     }
 
     #[test]

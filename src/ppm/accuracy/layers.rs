@@ -1,7 +1,5 @@
-use rayon::prelude::*;
-
 use super::super::Render;
-use super::{Accuracy, PixelError};
+use super::PixelError;
 use crate::film::Image;
 use crate::math::DVec3;
 
@@ -21,14 +19,12 @@ pub struct Layers {
 }
 
 impl Layers {
-    pub(super) fn of(render: &Render, accuracy: &Accuracy) -> Layers {
+    pub(super) fn of(render: &Render, errors: &[PixelError]) -> Layers {
         let film = render.scene.film();
         let (width, height) = (film.width as usize, film.height as usize);
-        let errors: Vec<PixelError> =
-            (0..width * height).into_par_iter().map(|pixel| accuracy.pixel(pixel)).collect();
         let image = |of: &dyn Fn(usize, &PixelError) -> DVec3| {
             let mut image = Image::new(width, height);
-            for (pixel, (to, error)) in image.pixels_mut().iter_mut().zip(&errors).enumerate() {
+            for (pixel, (to, error)) in image.pixels_mut().iter_mut().zip(errors).enumerate() {
                 *to = of(pixel, error).as_vec3();
             }
             image

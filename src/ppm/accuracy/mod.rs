@@ -1,18 +1,20 @@
 //! How wrong the picture still is, from the render itself: no reference is needed.
 //!
 //! ```text
-//! passes ──BatchMeans──> variance of every pixel ─┐
-//! picture ──BlurEstimator──> bias of every pixel ─┴─> ErrorQuantile ──> bound at a stated confidence
+//!                    ┌─> variance of every pixel ──────────────────┐
+//! passes ──BatchMeans┤                                             ├─ErrorQuantile─> bound at a stated confidence
+//!                    └─> two biases of every pixel ──BiasFilter──> ─┘
 //! ```
 //!
 //! What it does not cover: the eye paths. Hit points stay where they are, so a pixel converges to the mean light at its
 //! samples, and the error of having few of them is no part of the bounds.
 
 mod batch_means;
-mod blur;
+mod bias_filter;
 mod forecast;
 mod layers;
 mod quantile;
+mod radius_trend;
 
 pub(super) use batch_means::BatchMeans;
 pub use forecast::{Forecast, Outlook};
@@ -21,18 +23,18 @@ pub use layers::Layers;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::Render;
 use super::develop::radiance;
+use super::{Render, Settings};
 use crate::compare::REL_MSE_EPSILON;
 use crate::math::DVec3;
-use blur::BlurEstimator;
+use bias_filter::{Bias, BiasFilter};
 use quantile::{ErrorQuantile, one_sided_normal};
 
 /// Photons (reduced count `N` of all hit points of a pixel) below which a bound would claim too much.
 const MIN_PHOTONS: f64 = 8.0;
 
-/// The summary looks at every pixel in so many columns and rows: neighbours tell nearly the same.
-const STRIDE: usize = 6;
+/// Pixels that the error of the picture is found from, at least: neighbours tell nearly the same.
+const SAMPLED_PIXELS: usize = 1 << 14;
 
 /// Pixels that one task sums; fixed, so that the order of the sum is.
 const CHUNK: usize = 1 << 10;
@@ -42,7 +44,7 @@ const CHUNK: usize = 1 << 10;
 pub struct PixelError {
     /// The standard error of the estimate (radiance).
     pub stderr: DVec3,
-    /// Its bias: the blur by the gather radius (radiance).
+    /// Its bias, the blur by the gather radius, as far as it stands out of the noise (radiance).
     pub bias: DVec3,
     /// The error stays below it with the confidence asked for; NaN where that cannot be told.
     pub bound: DVec3,
@@ -72,8 +74,6 @@ pub struct PictureError {
 pub struct Accuracy<'a> {
     render: &'a Render<'a>,
     batches: &'a BatchMeans,
-    blur: BlurEstimator<'a>,
-    quantile: ErrorQuantile,
     confidence: f64,
     /// Passes since the last batch was closed make the picture better than the batches know: by `m / n`.
     newer: f64,
@@ -86,68 +86,46 @@ impl<'a> Accuracy<'a> {
         batches: &'a BatchMeans,
         confidence: f64,
     ) -> Option<Accuracy<'a>> {
-        let degrees_of_freedom = batches.degrees_of_freedom();
-        (degrees_of_freedom > 0.0).then(|| Accuracy {
+        (batches.degrees_of_freedom() > 0.0).then(|| Accuracy {
             render,
             batches,
-            blur: BlurEstimator {
-                render,
-                batches,
-                width: render.scene.film().width as usize,
-                mean_radius2: render.settings.policy.mean_radius2(render.settings.alpha),
-            },
-            quantile: ErrorQuantile::new(confidence, degrees_of_freedom),
             confidence,
             newer: f64::from(batches.passes()) / f64::from(render.passes),
         })
     }
 
-    /// The errors of a pixel.
-    pub fn pixel(&self, pixel: usize) -> PixelError {
-        let stderr = self.variance(pixel).map(f64::sqrt);
-        let blur = self.blur.at(pixel);
-        let photons = self.photons(pixel);
+    /// The errors of every pixel, row by row from the top; `None` if the settings ask for that of the picture alone.
+    pub fn pixels(&self) -> Option<Vec<PixelError>> {
+        let quantile = ErrorQuantile::new(self.confidence, self.batches.degrees_of_freedom());
+        let filter = BiasFilter::new(self.batches, self.render.scene.film().width as usize)?;
+        let pixels = (0..self.render.emitted_light.len()).into_par_iter();
+        Some(pixels.map(|pixel| self.pixel(pixel, &filter, &quantile)).collect())
+    }
+
+    fn pixel(&self, pixel: usize, filter: &BiasFilter, quantile: &ErrorQuantile) -> PixelError {
+        let (variance, photons) = (self.variance(pixel), self.photons(pixel));
+        let Bias { mean: bias, variance: doubt } = filter.at(pixel);
         let bound = if self.trusts(pixel, photons) {
-            // What of the bias is no noise of its own estimate.
-            let bias = (blur.bias * blur.bias - blur.variance).max(DVec3::ZERO).map(f64::sqrt);
-            let bound = |channel: usize| self.quantile.bound(bias[channel], stderr[channel]);
+            let bound = |channel: usize| quantile.bound(bias[channel], (variance + doubt)[channel].sqrt());
             DVec3::new(bound(0), bound(1), bound(2))
         } else {
             DVec3::NAN
         };
-        PixelError { stderr, bias: blur.bias, bound, photons }
+        PixelError { stderr: variance.map(f64::sqrt), bias, bound, photons }
     }
 
-    /// All layers, for every pixel.
-    pub fn layers(&self) -> Layers {
-        Layers::of(self.render, self)
+    /// The errors of every pixel as pictures; `None` if the settings ask for that of the picture alone.
+    pub fn layers(&self) -> Option<Layers> {
+        Some(Layers::of(self.render, &self.pixels()?))
     }
 
-    /// The error of the picture, from one in 36 of its pixels.
+    /// The error of the picture, from some thousands of its pixels.
     pub fn picture(&self) -> PictureError {
-        let pixels: Vec<usize> = self.sampled_pixels().collect();
+        let step = sampling_step(self.render.emitted_light.len(), self.render.scene.film().width as usize);
+        let pixels: Vec<usize> = (0..self.render.emitted_light.len()).step_by(step).collect();
         let chunks: Vec<Sums> = pixels.par_chunks(CHUNK).map(|chunk| self.sums(chunk)).collect();
         let sums = chunks.into_iter().fold(Sums::default(), Sums::plus);
-        let n = pixels.len() as f64;
-        let (noise, bias) = (sums.noise / n, (sums.bias / n).max(0.0));
-        let square = noise + bias;
-        let spread = (sums.squares / n - square * square).max(0.0) / n;
-        PictureError {
-            passes: self.render.passes,
-            error: square.sqrt(),
-            upper: (square + one_sided_normal(self.confidence) * spread.sqrt()).sqrt(),
-            noise: noise.sqrt(),
-            bias: bias.sqrt(),
-            untrusted: f64::from(sums.untrusted) / n,
-        }
-    }
-
-    /// In each block of `STRIDE × STRIDE` pixels one, not always at the same place of it.
-    fn sampled_pixels(&self) -> impl Iterator<Item = usize> {
-        let (width, pixels) = (self.blur.width, self.batches.len());
-        (0..pixels / width)
-            .step_by(STRIDE)
-            .flat_map(move |y| (y / STRIDE % STRIDE..width).step_by(STRIDE).map(move |x| y * width + x))
+        sums.error(self.render.passes, one_sided_normal(self.confidence))
     }
 
     fn sums(&self, pixels: &[usize]) -> Sums {
@@ -155,15 +133,18 @@ impl<'a> Accuracy<'a> {
         for &pixel in pixels {
             let radiance = radiance(self.render, pixel);
             let share = (3.0 * (radiance * radiance + REL_MSE_EPSILON)).recip();
-            let blur = self.blur.at(pixel);
             let noise = share.dot(self.variance(pixel));
-            let bias = share.dot(blur.bias * blur.bias - blur.variance);
-            sums.noise += noise;
-            sums.bias += bias;
-            sums.squares += (noise + bias.max(0.0)).powi(2);
+            let bias = self.batches.biases(pixel).map_or(0.0, |[a, b]| share.dot(a * b));
+            sums.noise.add(noise);
+            sums.bias.add(bias);
             sums.untrusted += u32::from(!self.trusts(pixel, self.photons(pixel)));
         }
         sums
+    }
+
+    fn sees_blur(&self) -> bool {
+        let Settings { policy, alpha, .. } = self.render.settings;
+        policy.asymptotic_exponent(alpha) > 0.0
     }
 
     fn variance(&self, pixel: usize) -> DVec3 {
@@ -175,28 +156,117 @@ impl<'a> Accuracy<'a> {
         seen.map(|seen| self.render.states.get(seen.position as usize).photons).sum()
     }
 
+    /// Where radii stay as they are, blur cannot be told from light, unless discs are tested for it.
     /// A pixel without a hit point sees no photons, nor does it wait for any.
     fn trusts(&self, pixel: usize, photons: f64) -> bool {
-        photons >= MIN_PHOTONS || self.render.pixel_lists.of(pixel).is_empty()
+        photons >= MIN_PHOTONS && self.sees_blur() || self.render.pixel_lists.of(pixel).is_empty()
     }
 }
 
-/// Sums over pixels.
+/// The distance in row-major order between the pixels that the error of a picture is found from: it has no factor in
+/// common with the width, so that they come from all columns.
+pub(super) fn sampling_step(pixels: usize, width: usize) -> usize {
+    let largest = (pixels / SAMPLED_PIXELS).max(1);
+    (1..=largest).rev().find(|&step| gcd(step, width) == 1).unwrap_or(1)
+}
+
+fn gcd(a: usize, b: usize) -> usize {
+    if b == 0 { a } else { gcd(b, a % b) }
+}
+
+/// What is found at some pixels.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sums {
-    noise: f64,
-    bias: f64,
-    squares: f64,
+    noise: Sum,
+    bias: Sum,
     untrusted: u32,
+}
+
+/// Of one number a pixel.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sum {
+    count: f64,
+    sum: f64,
+    squares: f64,
 }
 
 impl Sums {
     fn plus(self, other: Sums) -> Sums {
         Sums {
-            noise: self.noise + other.noise,
-            bias: self.bias + other.bias,
-            squares: self.squares + other.squares,
+            noise: self.noise.plus(other.noise),
+            bias: self.bias.plus(other.bias),
             untrusted: self.untrusted + other.untrusted,
+        }
+    }
+
+    /// Bias counts as far as it stands out of its own noise; the upper end takes it whole, and `sigmas` standard errors.
+    fn error(&self, passes: u32, sigmas: f64) -> PictureError {
+        let (noise, bias) = (self.noise.mean(), (self.bias.mean() - self.bias.stderr()).max(0.0));
+        let doubt = sigmas * self.noise.stderr().hypot(self.bias.stderr());
+        let upper = noise + self.bias.mean().max(0.0) + doubt;
+        PictureError {
+            passes,
+            error: (noise + bias).sqrt(),
+            upper: upper.sqrt(),
+            noise: noise.sqrt(),
+            bias: bias.sqrt(),
+            untrusted: f64::from(self.untrusted) / self.noise.count,
+        }
+    }
+}
+
+impl Sum {
+    fn add(&mut self, x: f64) {
+        *self = self.plus(Sum { count: 1.0, sum: x, squares: x * x });
+    }
+
+    fn plus(self, other: Sum) -> Sum {
+        Sum {
+            count: self.count + other.count,
+            sum: self.sum + other.sum,
+            squares: self.squares + other.squares,
+        }
+    }
+
+    fn mean(&self) -> f64 {
+        self.sum / self.count
+    }
+
+    fn stderr(&self) -> f64 {
+        ((self.squares / self.count - self.mean().powi(2)).max(0.0) / self.count).sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_upper_end_holds_what_the_estimate_leaves_out() {
+        let mut sums = Sums::default();
+        for (noise, bias) in [(4.0, 1.0), (4.0, 5.0), (4.0, -2.0), (4.0, 4.0)] {
+            sums.noise.add(noise);
+            sums.bias.add(bias);
+        }
+        // Biases: mean 2, standard deviation √7.5, standard error √7.5 / 2.
+        let (error, doubt) = (sums.error(7, 2.0), 7.5f64.sqrt() / 2.0);
+        assert!((error.error.powi(2) - (6.0 - doubt)).abs() < 1e-12 && error.noise == 2.0);
+        assert!((error.upper.powi(2) - (6.0 + 2.0 * doubt)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn sampled_pixels_come_from_all_columns() {
+        for (width, height) in [(512, 512), (1920, 1080), (64, 48), (300, 1), (1, 1)] {
+            let step = sampling_step(width * height, width);
+            let sampled = (0..width * height).step_by(step);
+            assert!(
+                sampled.len() >= SAMPLED_PIXELS.min(width * height),
+                "{width}x{height}: {}",
+                sampled.len()
+            );
+            assert!(sampled.len() < 2 * SAMPLED_PIXELS || width * height < 2 * SAMPLED_PIXELS);
+            let columns: std::collections::BTreeSet<usize> = sampled.map(|pixel| pixel % width).collect();
+            assert_eq!(columns.len(), width);
         }
     }
 }

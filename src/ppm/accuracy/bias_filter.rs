@@ -1,0 +1,154 @@
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::batch_means::BatchMeans;
+use crate::math::DVec3;
+
+/// A window reaches so many pixels to each side.
+const REACH: usize = 3;
+
+/// How far above zero the products of a window must be on average, in units of the noise in their factors: four thirds of the
+/// standard error of a mean over 49 products. More would hide blur that is there, less would see blur in noise.
+const THRESHOLD: f64 = 0.4;
+
+/// The bias of a pixel as far as it is known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Bias {
+    /// The best guess.
+    pub(super) mean: DVec3,
+    /// Its uncertainty.
+    pub(super) variance: DVec3,
+}
+
+/// Tells biases from noise by their neighbourhood: a Wiener filter.
+///
+/// Two independent estimates `B_1`, `B_2` of each pixel's bias are far noisier than the picture. Over a window the mean of
+/// `B_1 B_2` is that of the squared bias, `β²`, and the mean of `((B_1 - B_2) / 2)²` the variance `ν` of `(B_1 + B_2) / 2`. So the best guess is
+/// `β² / (β² + ν) · (B_1 + B_2) / 2`, with the variance `β² ν / (β² + ν)`.
+pub(super) struct BiasFilter<'a> {
+    batches: &'a BatchMeans,
+    width: usize,
+    /// For each pixel, row by row from the top.
+    squares: Vec<Squares>,
+}
+
+/// Means over a window.
+#[derive(Clone, Copy, Debug, Default)]
+struct Squares {
+    /// Of `B_1 B_2`.
+    product: DVec3,
+    /// Of `((B_1 - B_2) / 2)²`.
+    noise: DVec3,
+}
+
+impl<'a> BiasFilter<'a> {
+    /// `None` if not all pixels are looked at.
+    pub(super) fn new(batches: &'a BatchMeans, width: usize) -> Option<BiasFilter<'a>> {
+        let pixels = (0..batches.len()).into_par_iter();
+        let squares = || pixels.map(|pixel| Squares::of(batches.biases(pixel))).collect();
+        (batches.step() == 1).then(|| BiasFilter { batches, width, squares: squares() })
+    }
+
+    pub(super) fn at(&self, pixel: usize) -> Bias {
+        let Some([a, b]) = self.batches.biases(pixel) else {
+            return Bias { mean: DVec3::ZERO, variance: DVec3::ZERO };
+        };
+        let Squares { product, noise } = self.window(pixel);
+        let bias2 = (product - THRESHOLD * noise).max(DVec3::ZERO);
+        let total = bias2 + noise;
+        let share = DVec3::select(total.cmpgt(DVec3::ZERO), bias2 / total, DVec3::ZERO);
+        Bias { mean: 0.5 * share * (a + b), variance: share * noise }
+    }
+
+    fn window(&self, pixel: usize) -> Squares {
+        let (x, y, height) = (pixel % self.width, pixel / self.width, self.squares.len() / self.width);
+        let (columns, rows) = (around(x, self.width), around(y, height));
+        let n = (columns.len() * rows.len()) as f64;
+        let mut sum = Squares::default();
+        for row in rows {
+            for squares in &self.squares[row * self.width..][columns.clone()] {
+                sum.product += squares.product;
+                sum.noise += squares.noise;
+            }
+        }
+        Squares { product: sum.product / n, noise: sum.noise / n }
+    }
+}
+
+impl Squares {
+    fn of(biases: Option<[DVec3; 2]>) -> Squares {
+        let Some([a, b]) = biases else { return Squares::default() };
+        let half = 0.5 * (a - b);
+        Squares { product: a * b, noise: half * half }
+    }
+}
+
+fn around(at: usize, end: usize) -> Range<usize> {
+    at.saturating_sub(REACH)..(at + REACH + 1).min(end)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::{Rng, Stream};
+
+    const WIDTH: usize = 40;
+
+    /// A picture whose left half a disc blurs by `blur R²`, seen through noise of standard deviation 1 / R a pass.
+    fn batches(blur: f64) -> BatchMeans {
+        let (mut batches, mut sums) = (BatchMeans::new(WIDTH * WIDTH, 1), vec![0.0; WIDTH * WIDTH]);
+        let mut rng = Rng::new(5, Stream::Test, 0, 0);
+        for pass in 1..=40u32 {
+            let radius2 = f64::from(pass).powf(-0.3);
+            for (pixel, sum) in sums.iter_mut().enumerate() {
+                let noise = 12f64.sqrt() * (f64::from(rng.next_f32()) - 0.5) / radius2.sqrt();
+                let blur = if pixel % WIDTH < WIDTH / 2 { blur } else { 0.0 };
+                *sum += 10.0 + blur * radius2 + noise;
+            }
+            batches.shrink(f64::from(pass + 1).powf(-0.3));
+            if batches.is_due(pass) {
+                batches.close(pass, |pixel| DVec3::splat(sums[pixel] / f64::from(pass)));
+            }
+        }
+        batches
+    }
+
+    /// The mean bias of the left half and of the right one, away from the edge between them.
+    fn found(batches: &BatchMeans) -> [f64; 2] {
+        let filter = BiasFilter::new(batches, WIDTH).unwrap();
+        [0..WIDTH / 2 - 4, WIDTH / 2 + 4..WIDTH].map(|columns| {
+            let pixels = (0..WIDTH).flat_map(|y| columns.clone().map(move |x| y * WIDTH + x));
+            let biases: Vec<f64> = pixels.map(|pixel| filter.at(pixel).mean.x).collect();
+            biases.iter().sum::<f64>() / biases.len() as f64
+        })
+    }
+
+    #[test]
+    fn blur_is_found_where_it_is() {
+        let batches = batches(5.0);
+        // The mean of R² over the batches that are closed.
+        let expected = 5.0 * (1..=37).map(|pass| f64::from(pass).powf(-0.3)).sum::<f64>() / 37.0;
+        let [left, right] = found(&batches);
+        assert!((left / expected - 1.0).abs() < 0.15, "{left} for {expected}");
+        assert!(right.abs() < 0.05 * expected, "{right}");
+    }
+
+    /// Noise that is far larger than what it hides in a single pixel.
+    #[test]
+    fn noise_alone_is_no_bias() {
+        let batches = batches(0.0);
+        let filter = BiasFilter::new(&batches, WIDTH).unwrap();
+        let pixels = 0..WIDTH * WIDTH;
+        let claimed = pixels.clone().filter(|&pixel| filter.at(pixel).mean.x != 0.0).count();
+        assert!(claimed * 4 < pixels.len(), "{claimed} of {} pixels", pixels.len());
+        let doubt: f64 = pixels.clone().map(|pixel| filter.at(pixel).variance.x).sum();
+        let variance: f64 = pixels.map(|pixel| batches.variance(pixel).x).sum();
+        assert!(doubt < 0.3 * variance, "{doubt} beside {variance}");
+    }
+
+    #[test]
+    fn filter_needs_all_pixels() {
+        assert!(BiasFilter::new(&BatchMeans::new(100, 3), 10).is_none());
+    }
+}
