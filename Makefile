@@ -6,7 +6,7 @@ CAUSTICA := $(TARGET)/release/caustica
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup build render test lint check-docs bench study instructions install clean
+.PHONY: help setup build render test lint check-docs bench study accuracy instructions install clean
 
 help: ## List these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' Makefile
@@ -45,6 +45,9 @@ bench: build data/surface.obj ## Measure the photon pass, the gathering and the 
 
 study: build data/surface.obj ## Measure what accuracy costs in the water scene, in seven minutes, into out/study/
 	$(CAUSTICA) study data/course_water.toml --make-reference -o out/study
+
+accuracy: build data/surface.obj ## Hold the errors that renders claim against references, in five minutes
+	scripts/accuracy_table.py $(CAUSTICA) out/accuracy
 
 instructions: setup ## Count the instructions of kernels by callgrind
 	scripts/count_instructions.py
