@@ -41,6 +41,8 @@ bench: build data/surface.obj ## Measure the photon pass, the gathering and the 
 	mkdir -p out
 	$(CAUSTICA) bench --pass data/course_diffuse.toml --html out/bench_pass.html
 	$(CAUSTICA) bench --gather --points 1e5,1e6 --radii 0.1,0.4,1,5 --repetitions 3 --html out/bench_gather.html
+	$(CAUSTICA) bench --gather --scene data/course_water.toml --points 1e5,1e6 --radii 0.1,0.4 --repetitions 3 \
+		--html out/bench_gather_water.html
 	$(CAUSTICA) bench --rays --triangles 36,131072 --repetitions 3 --html out/bench_rays.html
 
 study: build data/surface.obj ## Measure what accuracy costs in the water scene, in seven minutes, into out/study/

@@ -2,7 +2,7 @@
 
 use std::hint::black_box;
 
-use caustica::bench::gather::on_walls;
+use caustica::bench::gather_source::on_walls;
 use caustica::bvh::{Sphere, SphereBvh};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use rayon::{ThreadPool, ThreadPoolBuilder};

@@ -5,7 +5,7 @@ use std::error::Error;
 use std::hint::black_box;
 use std::path::Path;
 
-use caustica::bench::gather::on_walls;
+use caustica::bench::gather_source::on_walls;
 use caustica::bvh::{Sphere, SphereBvh};
 use caustica::ppm::{PhotonPass, Render, Settings, photon_pass};
 use caustica::scene::{self, Scene, Traversal};

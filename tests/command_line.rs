@@ -348,8 +348,36 @@ fn bench_holds_the_rivals_against_each_other() {
     assert!(output.status.success(), "{}", text(&output.stderr));
     let csv = text(&output.stdout);
     let overlaps: Vec<&str> = csv.lines().skip(1).map(|line| line.rsplit(',').nth(9).unwrap()).collect();
-    assert_eq!(overlaps.len(), 9, "{csv}");
+    assert_eq!(overlaps.len(), 10, "{csv}");
     assert!(overlaps.iter().all(|count| *count == overlaps[0] && count.parse::<u64>().unwrap() > 1000));
+}
+
+#[test]
+fn bench_gathers_the_photons_of_a_scene() {
+    let sandbox = Sandbox::new();
+    let (scene, html) = (sandbox.small_scene(), sandbox.name("a.html"));
+    #[rustfmt::skip]
+    let output = caustica(&[
+        "bench", "--gather", "--scene", &scene, "--points", "500,3e3", "--radii", "0.5,1", "--photons", "1e3",
+        "--repetitions", "1", "--json", "-", "--html", &html,
+    ]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&report["scene"], &report["emitted"]), (&scene.as_str().into(), &1000.into()));
+    assert_eq!(report["extent"], 750.0);
+    let rows = report["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 2 * 2 * 6);
+    for rows in rows.chunks(6) {
+        assert!(rows.iter().all(|row| row["overlaps"] == rows[0]["overlaps"]), "{rows:?}");
+        assert!(rows[0]["overlaps"].as_u64().unwrap() > 0);
+        for key in ["build_ms", "ns_per_photon"] {
+            assert!(rows.iter().all(|row| row[key]["median"].as_f64().unwrap() > 0.0), "{key}");
+        }
+        for key in ["bytes_per_point", "ns_per_overlap"] {
+            assert!(rows.iter().all(|row| row[key].as_f64().unwrap() > 0.0), "{key}");
+        }
+    }
+    assert!(fs::read_to_string(html).unwrap().contains(&scene));
 }
 
 #[test]
@@ -383,6 +411,14 @@ fn bench_needs_one_question_with_its_own_options() {
     assert_refused(&sandbox, &["bench", "--gather", "--triangles", "36"], &["--triangles"]);
     assert_refused(&sandbox, &["bench", "--rays", "--triangles", "1e9"], &["--triangles"]);
     assert_refused(&sandbox, &["bench", "--gather", "--pass", &scene], &["--gather"]);
+    assert_refused(&sandbox, &["bench", "--scene", &scene], &["--gather"]);
+    assert_refused(&sandbox, &["bench", "--rays", "--scene", &scene], &["--scene"]);
+    assert_refused(&sandbox, &["bench", "--pass", &scene, "--scene", &scene], &["--scene"]);
+    let gather_scene = ["bench", "--gather", "--scene", &scene];
+    assert_refused(&sandbox, &[&gather_scene[..], &["--overlaps", "5"]].concat(), &["--overlaps", "--scene"]);
+    let too_many = [&gather_scene[..], &["--points", "1e8", "--photons", "10"]].concat();
+    assert_refused(&sandbox, &too_many, &["scene.toml", "4096 eye samples", "100000000 hit points"]);
+    assert_refused(&sandbox, &["bench", "--gather", "--scene", &sandbox.name("none.toml")], &["none.toml"]);
     assert_refused(&sandbox, &["bench", "--gather", "--radius", "1"], &["--radius"]);
     assert_refused(&sandbox, &["bench", "--pass", &scene, "--points", "10"], &["--points"]);
     assert_refused(&sandbox, &["bench", "--gather", "--radii", "0"], &["--radii"]);
@@ -390,6 +426,17 @@ fn bench_needs_one_question_with_its_own_options() {
     assert_refused(&sandbox, &["bench", "--pass", &sandbox.name("none.toml")], &["none.toml"]);
     let folder = sandbox.name("");
     assert_refused(&sandbox, &["bench", "--pass", &scene, "--html", &folder], &["folder"]);
+}
+
+#[test]
+fn bench_gathers_no_photons_in_the_dark() {
+    let sandbox = Sandbox::new();
+    let scene = sandbox.scene(|text| text.replace("intensity = [6000, 6000, 6000]", "intensity = [0, 0, 0]"));
+    assert_refused(
+        &sandbox,
+        &["bench", "--gather", "--scene", &scene],
+        &["scene.toml", "no photon", "light"],
+    );
 }
 
 /// A black picture, a warning, and exit code 0.

@@ -12,6 +12,38 @@ pub enum BenchError {
     /// The project's own tree could not be built.
     #[error(transparent)]
     Custom(#[from] RayBvhError),
+    /// The k-d tree could not be built.
+    #[error("kiddo cannot build its tree: {reason}")]
+    Kiddo {
+        /// What it says.
+        reason: String,
+    },
+    /// A picture too small, or one that shows nothing diffuse.
+    #[error(
+        "{scene}: {samples} eye samples a pixel leave {found} of {asked} hit points: ask for fewer, or for a larger picture"
+    )]
+    TooFewHitPoints {
+        /// The scene.
+        scene: String,
+        /// As many samples a pixel as were tried.
+        samples: usize,
+        /// The hit points that they left.
+        found: usize,
+        /// The hit points asked for.
+        asked: usize,
+    },
+    /// A scene without light, or one whose light meets nothing diffuse.
+    #[error("{scene}: no photon lands on a diffuse surface: give it a light that reaches one")]
+    NoPhotons {
+        /// The scene.
+        scene: String,
+    },
+    /// The surfaces of a render have no known area.
+    #[error("{scene}: radii cannot be chosen by overlaps in a render: give them in percent")]
+    NoOverlaps {
+        /// The scene.
+        scene: String,
+    },
     /// Structures that should do the same work do not.
     #[error(
         "{structure} finds {found} photons in sphere {sphere}, but {reference} finds {expected}: one is wrong"

@@ -1,7 +1,7 @@
 //! Measurements of the program against what it could be: one file for each question.
 //!
 //! - [`pass`]: what does a photon pass cost beyond tracing its rays?
-//! - [`gather`]: does the sphere tree beat Embree's point query and a hash grid?
+//! - [`gather`]: does the sphere tree beat Embree's point query, a hash grid and a k-d tree?
 //! - [`rays`]: which of Embree's ways answers which rays fastest, and what of the project's own tree?
 //!
 //! Each measures in interleaved rounds ([`timing`]), tells its [`machine`], and answers with a report that is
@@ -10,7 +10,10 @@
 
 mod error;
 pub mod gather;
+mod gather_page;
+pub mod gather_source;
 mod hash_grid;
+mod kd_tree;
 pub mod machine;
 mod morton;
 pub mod pass;
@@ -23,6 +26,7 @@ pub mod timing;
 
 pub use error::BenchError;
 pub use hash_grid::HashGrid;
+pub use kd_tree::KdTree;
 
 /// The distinct among `items`, which are few.
 fn in_order_of_appearance<T: PartialEq>(items: impl Iterator<Item = T>) -> Vec<T> {

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use rayon::prelude::*;
 
-use super::{BenchError, HashGrid};
+use super::{BenchError, HashGrid, KdTree};
 use crate::bvh::{Sphere, SphereBvh, Weight};
 use crate::embree::{self, SphereQuery};
 use crate::math::Vec3;
@@ -29,7 +29,7 @@ pub trait Structure {
 pub enum PhotonOrder {
     /// Along a Morton curve; the time of sorting is not counted.
     Sorted,
-    /// At random, as a photon pass leaves them.
+    /// As a photon pass leaves them; at random on walls.
     AsTraced,
 }
 
@@ -48,12 +48,13 @@ pub struct Rival {
 }
 
 /// The rivals that the program brings along; the first is the one that others are held against.
-pub const RIVALS: [Rival; 5] = [
+pub const RIVALS: [Rival; 6] = [
     Rival { name: "sphere tree", photons: PhotonOrder::Sorted, build: build_tree },
     Rival { name: "sphere tree (photons as traced)", photons: PhotonOrder::AsTraced, build: build_tree },
     Rival { name: "sphere tree (one by one)", photons: PhotonOrder::Sorted, build: build_walked_tree },
     Rival { name: "Embree point query", photons: PhotonOrder::Sorted, build: build_point_query },
     Rival { name: "hash grid", photons: PhotonOrder::Sorted, build: build_hash_grid },
+    Rival { name: "k-d tree (kiddo)", photons: PhotonOrder::Sorted, build: build_kd_tree },
 ];
 
 /// Other ways to build the sphere tree than the program's.
@@ -175,6 +176,16 @@ impl PointSearch for HashGrid {
     }
 }
 
+impl PointSearch for KdTree {
+    fn for_each_containing(&self, p: Vec3, visit: impl FnMut(usize)) {
+        self.for_each_containing(p, visit);
+    }
+
+    fn memory_bytes(&self) -> Option<usize> {
+        Some(self.memory_bytes())
+    }
+}
+
 fn build_tree(spheres: &[Sphere]) -> Built {
     Ok(Box::new(OrderedTree::build(spheres)))
 }
@@ -185,6 +196,10 @@ fn build_walked_tree(spheres: &[Sphere]) -> Built {
 
 fn build_hash_grid(spheres: &[Sphere]) -> Built {
     Ok(Box::new(OneByOne(HashGrid::build(spheres))))
+}
+
+fn build_kd_tree(spheres: &[Sphere]) -> Built {
+    Ok(Box::new(OneByOne(KdTree::build(spheres)?)))
 }
 
 fn build_point_query(spheres: &[Sphere]) -> Built {

@@ -267,6 +267,7 @@ Examples:
   caustica bench --pass data/course_diffuse.toml --json -
   caustica bench --pass data/cornell_b.toml --radius 10 --samples 1 --photons 1e5 --html out/pass.html
   caustica bench --gather --points 1e5,1e6 --radii 0.1,1,5 --csv out/gather.csv --html out/gather.html
+  caustica bench --gather --scene data/cornell_b.toml --points 1e5,1e6 --radii 0.1,1 --photons 1e5
   caustica bench --rays --triangles 36,1e6 --html out/rays.html
 
 Times depend on what else the machine does: look at the smallest and largest beside the medians.")]
@@ -274,9 +275,12 @@ pub struct BenchArgs {
     /// Measure the photon pass of this scene (TOML) against tracing its rays and nothing else
     #[arg(long, value_name = "SCENE")]
     pub pass: Option<PathBuf>,
-    /// Measure the sphere tree against Embree's point query and a hash grid, on the walls of a box
+    /// Measure the sphere tree against Embree's point query, a hash grid and a k-d tree, on the walls of a box
     #[arg(long)]
     pub gather: bool,
+    /// Gather the photons of a pass through this scene (TOML) at its hit points, rather than on walls
+    #[arg(long, conflicts_with_all = ["pass", "rays"], value_name = "SCENE")]
+    pub scene: Option<PathBuf>,
     /// Measure rays of real renders: Embree in all its ways, and the program's own tree
     #[arg(long)]
     pub rays: bool,
@@ -292,11 +296,11 @@ pub struct BenchArgs {
     /// Numbers of spheres to gather among [default: 1e4,1e5,1e6,4e6]
     #[arg(long, conflicts_with_all = ["pass", "rays"], value_name = "N,..", value_delimiter = ',', value_parser = points)]
     pub points: Vec<u64>,
-    /// Their radii in percent of the box's side [default: 0.05,0.1,0.4,1,5]
+    /// Their radii in percent of the longest side of box or scene [default: 0.05,0.1,0.4,1, and 5 without --scene]
     #[arg(long, conflicts_with_all = ["pass", "rays"], value_name = "PERCENT,..", value_delimiter = ',', value_parser = |s: &str| number(s, 1e-3..=100.0))]
     pub radii: Vec<f64>,
     /// Choose the radius for each number of spheres so that a photon lies in about so many
-    #[arg(long, conflicts_with_all = ["radii", "pass", "rays"], value_name = "K", value_parser = |s: &str| number(s, 1e-3..=1e6))]
+    #[arg(long, conflicts_with_all = ["radii", "scene", "pass", "rays"], value_name = "K", value_parser = |s: &str| number(s, 1e-3..=1e6))]
     pub overlaps: Option<f64>,
     /// Also measure sphere trees built in other ways: costs by volume, smaller leaves
     #[arg(long, conflicts_with_all = ["pass", "rays"])]

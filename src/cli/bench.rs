@@ -7,6 +7,7 @@ use super::args::BenchArgs;
 use super::error::{CliError, Outcome};
 use super::{load, use_threads};
 use crate::bench::gather::{self, GatherSettings, Radii};
+use crate::bench::gather_source::{Rendered, Source};
 use crate::bench::pass::{self, PassSettings};
 use crate::bench::rays::{self, RaySettings};
 use crate::bench::structures::{RIVALS, VARIANTS};
@@ -45,25 +46,41 @@ fn run_pass(args: &BenchArgs, path: &Path) -> Result<Outcome, CliError> {
 }
 
 fn run_gather(args: &BenchArgs) -> Result<Outcome, CliError> {
-    let settings = gather_settings(args);
+    let Some(path) = &args.scene else {
+        return measure_gather(args, &Source::Walls);
+    };
+    let scene = Scene::new(load(path)?)?;
+    let settings = Settings::of_scene(scene.render());
+    measure_gather(
+        args,
+        &Source::Render(Rendered { scene: &scene, name: &path.display().to_string(), settings }),
+    )
+}
+
+fn measure_gather(args: &BenchArgs, source: &Source) -> Result<Outcome, CliError> {
+    let settings = gather_settings(args, source);
     let variants = if args.variants { &VARIANTS[..] } else { &[] };
-    let report = gather::measure(&settings, &[&RIVALS[..], variants].concat(), |points, percent| {
+    let report = gather::measure(&settings, source, &[&RIVALS[..], variants].concat(), |points, percent| {
         eprintln!("{points} spheres of radius {percent:.3} %");
     })?;
     write(args, &report, &report.page())
 }
 
-fn gather_settings(args: &BenchArgs) -> GatherSettings {
+fn gather_settings(args: &BenchArgs, source: &Source) -> GatherSettings {
     let mut points: Vec<usize> = args.points.iter().map(|&n| n as usize).collect();
     if points.is_empty() {
         points = vec![10_000, 100_000, 1_000_000, 4_000_000];
     }
-    let radii = match args.overlaps {
-        Some(overlaps) => Radii::Overlaps(overlaps),
-        None if args.radii.is_empty() => Radii::Percent(vec![0.05, 0.1, 0.4, 1.0, 5.0]),
-        None => Radii::Percent(args.radii.clone()),
+    // In a render 5 % may be a good part of what the picture shows: minutes a round.
+    let (mut percentages, photons) = match source {
+        Source::Walls => (vec![0.05, 0.1, 0.4, 1.0, 5.0], 100_000),
+        Source::Render(render) => (vec![0.05, 0.1, 0.4, 1.0], render.settings.photons),
     };
-    let photons = args.photons.unwrap_or(100_000) as usize;
+    if !args.radii.is_empty() {
+        percentages.clone_from(&args.radii);
+    }
+    let radii = args.overlaps.map_or(Radii::Percent(percentages), Radii::Overlaps);
+    let photons = args.photons.unwrap_or(photons) as usize;
     GatherSettings { points, radii, photons, repetitions: args.repetitions as usize }
 }
 

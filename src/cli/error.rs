@@ -78,6 +78,7 @@ impl CliError {
             | CliError::ErrorPictureName { .. }
             | CliError::TargetOutOfReach { .. }
             | CliError::BadImage(_)
+            | CliError::Bench(BenchError::TooFewHitPoints { .. } | BenchError::NoPhotons { .. })
             | CliError::Study(
                 StudyError::Compare(_) | StudyError::Line { .. } | StudyError::NotFinite { .. },
             ) => 2,
