@@ -23,7 +23,7 @@ pub struct KdTree {
 const ROUNDING: f32 = 1e-5;
 
 impl KdTree {
-    /// Builds the tree; on all threads of the pool where there are many spheres.
+    /// Builds the tree; on all threads of the pool from 262,144 spheres on.
     ///
     /// # Errors
     /// If there are more than 2³² spheres.
