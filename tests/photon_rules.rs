@@ -118,7 +118,7 @@ fn both_samplings_keep_the_energy_of_a_bounce() {
     let [cosine, uniform] = [DiffuseSampling::Cosine, DiffuseSampling::Uniform].map(|sampling| {
         let settings = Settings { sampling, photons: 400_000, ..Settings::of_scene(scene.render()) };
         let batch = traced(&scene, &settings);
-        batch.photons.iter().map(|p| f64::from(p.power.x)).sum::<f64>()
+        batch.photons().map(|p| f64::from(p.power.x)).sum::<f64>()
     });
     assert_close(uniform, cosine, 0.01);
     let flux = 4.0 * PI * f64::from(INTENSITY) * 400_000.0;
@@ -131,6 +131,6 @@ fn colour_of_a_bounce_is_the_albedo() {
     let red = Bsdf::Diffuse { albedo: Rgb::new(0.8, 0.4, 0.1) };
     let scene = lit_floor(GREY, sheet(20.0, 200.0, false, 1), red);
     let batch = traced(&scene, &Settings::of_scene(scene.render()));
-    let grey_then_red = batch.photons.iter().find(|p| (p.power.y / p.power.x - 0.5).abs() < 1e-5);
+    let grey_then_red = batch.photons().find(|p| (p.power.y / p.power.x - 0.5).abs() < 1e-5);
     assert!(grey_then_red.is_some_and(|p| (p.power.z / p.power.x - 0.125).abs() < 1e-5));
 }

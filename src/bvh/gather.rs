@@ -3,6 +3,7 @@
 use std::marker::PhantomData;
 use std::ops::{Add, Range};
 
+use super::list_pool::ListPool;
 use super::point_lists::{PointLists, Points};
 use super::sphere_bvh::{Part, SphereBvh};
 use crate::math::Vec3;
@@ -102,21 +103,27 @@ impl<L: Lanes> Balls<L> {
 pub(super) fn gather<G: Gatherer>(
     bvh: &mut SphereBvh,
     isa: Isa,
-    points: &[Vec3],
+    points: &[&[Vec3]],
     states: &mut [G::State],
     gatherer: &G,
 ) -> G::Tally {
     if bvh.is_empty() {
         return G::Tally::default();
     }
+    let pool = std::mem::take(&mut bvh.pool);
+    let mut list = pool.take(points.iter().map(|points| points.len()).sum());
+    list.fill(points);
     let (part, centers) = bvh.parts(states);
-    Descent { gatherer, isa, centers }.in_parallel(part, PointLists::of(points)).tally
+    let tally = Descent { gatherer, isa, centers, pool: &pool }.in_parallel(part, list).tally;
+    bvh.pool = pool;
+    tally
 }
 
 struct Descent<'a, G> {
     gatherer: &'a G,
     isa: Isa,
     centers: [&'a [f32]; 3],
+    pool: &'a ListPool,
 }
 
 /// What comes back from a subtree.
@@ -134,7 +141,11 @@ impl<G: Gatherer> Descent<'_, G> {
             return self.task(&mut part, list);
         }
         let (left, right) = part.children();
-        let sublist = |child: &Part<_>| self.isa.run(list.inside(&child.nodes[0].bounds));
+        let sublist = |child: &Part<_>| {
+            let mut inside = self.pool.take(n);
+            inside.fill_inside(&list, &child.nodes[0].bounds, self.isa);
+            inside
+        };
         let (left, right) = rayon::join(
             || {
                 let list = sublist(&left);
@@ -145,6 +156,7 @@ impl<G: Gatherer> Descent<'_, G> {
                 self.in_parallel(right, list)
             },
         );
+        self.pool.give_back(list);
         let radii = part.follow_children([left.radii, right.radii]);
         Outcome { tally: left.tally + right.tally, radii }
     }
@@ -153,6 +165,7 @@ impl<G: Gatherer> Descent<'_, G> {
         let n = lists.len();
         let mut task = self.gatherer.begin(lists.renumber());
         let radii = self.alone(part, 0..n, n, &mut lists, &mut task);
+        self.pool.give_back(lists);
         Outcome { tally: self.gatherer.end(task), radii }
     }
 
@@ -260,10 +273,17 @@ mod tests {
 
     type Visits = Vec<Vec<(usize, usize)>>;
 
+    /// Of several lengths, one of them 0.
+    fn in_slices(points: &[Vec3]) -> [&[Vec3]; 4] {
+        let (first, rest) = points.split_at(points.len() / 3);
+        let (second, last) = rest.split_at(rest.len().min(17));
+        [first, &[], second, last]
+    }
+
     fn gathered_with(isa: Isa, bvh: &mut SphereBvh, points: &[Vec3]) -> Visits {
         let mut visits = vec![Vec::new(); bvh.len()];
         let visit = |list: &mut Vec<_>, position, point| list.push((position, point));
-        bvh.gather_with(isa, points, &mut visits, &EachMeeting::new(visit));
+        bvh.gather_with(isa, &in_slices(points), &mut visits, &EachMeeting::new(visit));
         visits
     }
 
@@ -380,7 +400,7 @@ mod tests {
             let input = spheres(layout, Radii::Equal(0.02), n, 3);
             let points = points_around(&input, 2000, 4);
             let (mut bvh, _) = SphereBvh::build(&input);
-            bvh.gather_with(Isa::best(), &points, &mut vec![(); n], &Halve);
+            bvh.gather_with(Isa::best(), &[&points], &mut vec![(); n], &Halve);
             bvh.check_invariants().unwrap();
             let halved = bvh.radii().iter().filter(|&&radius| radius == 0.01).count();
             assert!(halved > 0, "{layout:?}");
@@ -420,7 +440,7 @@ mod tests {
     #[test]
     fn refitted_trees_stay_as_good_as_new_ones() {
         let work = |mut bvh: SphereBvh, points: &[Vec3]| {
-            bvh.gather_with(Isa::best(), points, &mut vec![(); bvh.len()], &CountWork) as f64
+            bvh.gather_with(Isa::best(), &[points], &mut vec![(); bvh.len()], &CountWork) as f64
         };
         for (layout, shrink, staying) in [
             (Layout::Plane, 0.3, 0.0),

@@ -4,6 +4,7 @@
 mod build;
 mod gather;
 mod items;
+mod list_pool;
 mod point_lists;
 mod prepared_ray;
 mod primitive;

@@ -2,8 +2,10 @@
 
 use std::ops::Range;
 
+use rayon::prelude::*;
+
 use crate::math::{Aabb, Vec3};
-use crate::simd::{Kernel, LANES, LaneVec3, Lanes, Mask, first_lanes};
+use crate::simd::{Isa, Kernel, LANES, LaneVec3, Lanes, Mask, first_lanes};
 
 /// Columns of x, y, z and the bits of the points' numbers.
 type Columns<'a> = [&'a [f32]; 4];
@@ -36,23 +38,43 @@ impl Points<'_> {
 /// Lists of points that lie one behind the other; every list is a range.
 #[derive(Debug, Default)]
 pub(super) struct PointLists {
+    /// Longer than what is in them.
     columns: [Vec<f32>; 4],
+    /// Of the first list, from which all others are split.
+    len: usize,
 }
 
 impl PointLists {
-    /// One list: the points, numbered in their order.
-    pub(super) fn of(points: &[Vec3]) -> PointLists {
-        let columns = [
-            points.iter().map(|p| p.x).collect(),
-            points.iter().map(|p| p.y).collect(),
-            points.iter().map(|p| p.z).collect(),
-            (0..points.len() as u32).map(f32::from_bits).collect(),
-        ];
-        PointLists { columns }
+    /// Becomes one list: all these points, numbered in their order. It must have room for them.
+    pub(super) fn fill(&mut self, points: &[&[Vec3]]) {
+        let mut free = self.columns.each_mut().map(|column| column.as_mut_slice());
+        self.len = 0;
+        let pieces = points.iter().map(|&points| {
+            let columns =
+                free.each_mut().map(|column| column.split_off_mut(..points.len()).unwrap_or_default());
+            let first = self.len as u32;
+            self.len += points.len();
+            Piece { points, first, columns }
+        });
+        let pieces: Vec<Piece> = pieces.collect();
+        pieces.into_par_iter().for_each(Piece::fill);
     }
 
     pub(super) fn len(&self) -> usize {
-        self.columns[3].len()
+        self.len
+    }
+
+    /// How many points there is room for.
+    pub(super) fn room(&self) -> usize {
+        // Whole registers are written, whatever is in them.
+        self.columns[3].len().saturating_sub(LANES)
+    }
+
+    /// Makes room for `count` points.
+    pub(super) fn make_room(&mut self, count: usize) {
+        if self.room() < count {
+            self.columns.iter_mut().for_each(|column| column.resize(count + LANES, 0.0));
+        }
     }
 
     pub(super) fn get(&self, list: Range<usize>) -> Points<'_> {
@@ -61,14 +83,16 @@ impl PointLists {
 
     /// The numbers of the points, which then get those from 0 on.
     pub(super) fn renumber(&mut self) -> Vec<u32> {
-        let numbers = self.columns[3].iter().map(|number| number.to_bits()).collect();
-        self.columns[3].iter_mut().zip(0..).for_each(|(number, k)| *number = f32::from_bits(k));
+        let list = &mut self.columns[3][..self.len];
+        let numbers = list.iter().map(|number| number.to_bits()).collect();
+        list.iter_mut().zip(0..).for_each(|(number, k)| *number = f32::from_bits(k));
         numbers
     }
 
-    /// The points inside one box, as lists of their own.
-    pub(super) fn inside(&self, bounds: &Aabb) -> Inside<'_> {
-        Inside { list: self.get(0..self.len()), bounds: *bounds }
+    /// Becomes the points of `others` inside one box. It must have room for all of `others`.
+    pub(super) fn fill_inside(&mut self, others: &PointLists, bounds: &Aabb, isa: Isa) {
+        let out = self.columns.each_mut().map(|column| column.as_mut_slice());
+        self.len = isa.run(Inside { list: others.get(0..others.len), bounds: *bounds, out });
     }
 
     /// Sorts the points of `list` into those inside each box; a point may be in both, or in none.
@@ -83,7 +107,7 @@ impl PointLists {
     ) -> [Range<usize>; 2] {
         let room = list.len() + LANES;
         let [left_at, right_at] = [top, top + room];
-        if self.len() < right_at + room {
+        if self.columns[3].len() < right_at + room {
             self.columns.iter_mut().for_each(|column| column.resize(2 * (right_at + room), 0.0));
         }
         let [(a0, [l0, r0]), (a1, [l1, r1]), (a2, [l2, r2]), (a3, [l3, r3])] =
@@ -96,6 +120,24 @@ impl PointLists {
             run(Split { list: [a0, a1, a2, a3], boxes, out: [[l0, l1, l2, l3], [r0, r1, r2, r3]] });
         let kept = |at: usize, n: usize| if n == list.len() { list.clone() } else { at..at + n };
         [kept(left_at, n_left), kept(right_at, n_right)]
+    }
+}
+
+/// Points on their way into columns.
+struct Piece<'a> {
+    points: &'a [Vec3],
+    /// The number of the first.
+    first: u32,
+    columns: ColumnsMut<'a>,
+}
+
+impl Piece<'_> {
+    fn fill(self) {
+        let [x, y, z, numbers] = self.columns;
+        let places = x.iter_mut().zip(y).zip(z).zip(numbers);
+        for ((((x, y), z), number), (p, k)) in places.zip(self.points.iter().zip(self.first..)) {
+            (*x, *y, *z, *number) = (p.x, p.y, p.z, f32::from_bits(k));
+        }
     }
 }
 
@@ -178,26 +220,26 @@ impl Kernel for Split<'_> {
     }
 }
 
-/// The points inside a box, as lists of their own.
-pub(super) struct Inside<'a> {
+/// Picks the points inside a box; returns how many they are.
+struct Inside<'a> {
     list: Points<'a>,
     bounds: Aabb,
+    /// [`LANES`] longer than the list.
+    out: ColumnsMut<'a>,
 }
 
 impl Kernel for Inside<'_> {
-    type Output = PointLists;
+    type Output = usize;
 
     #[inline(always)]
-    fn run<L: Lanes>(self, lanes: L) -> PointLists {
-        let gate = Gate::new(lanes, &self.bounds);
-        let mut columns = [(); 4].map(|()| vec![0.0; self.list.len() + LANES]);
-        let mut out = columns.each_mut().map(|column| column.as_mut_slice());
+    fn run<L: Lanes>(self, lanes: L) -> usize {
+        let Inside { list, bounds, mut out } = self;
+        let gate = Gate::new(lanes, &bounds);
         let mut n = 0;
-        for at in (0..self.list.len()).step_by(LANES) {
-            let lot = Lot::load(lanes, self.list.0, at);
+        for at in (0..list.len()).step_by(LANES) {
+            let lot = Lot::load(lanes, list.0, at);
             n += lot.append(lanes, gate.admits(lanes, &lot), &mut out, n);
         }
-        columns.iter_mut().for_each(|column| column.truncate(n));
-        PointLists { columns }
+        n
     }
 }

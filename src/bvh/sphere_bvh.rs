@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::build::{build_boxes, build_cubes};
 use super::gather::{EachMeeting, Gatherer, Radii, gather};
+use super::list_pool::ListPool;
 use super::sphere::{Sphere, common_reach};
 use super::split::Weight;
 use super::tree::{Node, Tree};
@@ -24,6 +25,7 @@ pub struct SphereBvh {
     tree: Tree,
     centers: [Vec<f32>; 3],
     radii: Vec<f32>,
+    pub(super) pool: ListPool,
 }
 
 impl SphereBvh {
@@ -58,7 +60,7 @@ impl SphereBvh {
         let column = |of: fn(&Sphere) -> f32| order.par_iter().map(|&k| of(&spheres[k as usize])).collect();
         let centers = [column(|s| s.center.x), column(|s| s.center.y), column(|s| s.center.z)];
         let radii = column(|s| s.radius);
-        (SphereBvh { tree, centers, radii }, order)
+        (SphereBvh { tree, centers, radii, pool: ListPool::default() }, order)
     }
 
     /// The number of spheres.
@@ -128,12 +130,12 @@ impl SphereBvh {
         states: &mut [S],
         visit: impl Fn(&mut S, usize, usize) + Sync,
     ) {
-        self.gather_with(Isa::best(), points, states, &EachMeeting::new(visit));
+        self.gather_with(Isa::best(), &[points], states, &EachMeeting::new(visit));
     }
 
     /// Lets all points meet the spheres around them, leaf by leaf, in one walk that also follows the radii.
     ///
-    /// Every leaf comes at most once for each million of points, on one thread at a time; order and result depend on
+    /// The points are numbered on from slice to slice. Every leaf comes at most once for each million of points, on one thread at a time; order and result depend on
     /// neither the number of threads nor the instruction set.
     ///
     /// # Panics
@@ -141,7 +143,7 @@ impl SphereBvh {
     pub fn gather_with<G: Gatherer>(
         &mut self,
         isa: Isa,
-        points: &[Vec3],
+        points: &[&[Vec3]],
         states: &mut [G::State],
         gatherer: &G,
     ) -> G::Tally {
@@ -155,7 +157,7 @@ impl SphereBvh {
         (part, self.centers.each_ref().map(|column| column.as_slice()))
     }
 
-    /// The memory that tree and spheres hold, in bytes.
+    /// The memory that tree and spheres hold, in bytes; not what gathering works in.
     pub fn memory_bytes(&self) -> usize {
         let numbers = self.centers.iter().map(Vec::capacity).sum::<usize>() + self.radii.capacity();
         size_of::<Node>() * self.tree.nodes.capacity() + size_of::<f32>() * numbers

@@ -7,7 +7,7 @@ use super::lane_parts::{LaneParts, PartArrays};
 use super::statistic::{Statistic, Statistics};
 use super::{Facets, PassSum, Photon, PhotonBatch};
 use crate::bvh::{Gatherer, Leaf, Radii, SphereBvh};
-use crate::math::{DVec3, Rgb};
+use crate::math::{DVec3, Rgb, Vec3};
 use crate::scene::Receiver;
 use crate::simd::{Isa, LANES, LaneVec3, Lanes, Mask};
 
@@ -65,21 +65,35 @@ fn gather_into<S: Statistic>(
     alpha: f64,
     states: &mut [S],
 ) -> Found {
-    let gatherer = PhotonGatherer { facets, photons: &photons.photons, alpha, state: PhantomData };
-    tree.gather_with(Isa::best(), &photons.positions, states, &gatherer)
+    let gatherer = PhotonGatherer { facets, photons, alpha, state: PhantomData };
+    tree.gather_with(Isa::best(), &photons.positions(), states, &gatherer)
 }
 
 struct PhotonGatherer<'a, S> {
     facets: &'a Facets,
-    photons: &'a [Photon],
+    photons: &'a PhotonBatch,
     alpha: f64,
     state: PhantomData<fn(S)>,
 }
 
 /// The photons of a task, close together, and what became of them.
 struct Task {
-    photons: Vec<Photon>,
+    photons: Vec<TaskPhoton>,
     found: Found,
+}
+
+/// A [`Photon`]; its power is in the numbers that it is summed in, so that lanes need not convert it.
+#[derive(Clone, Copy)]
+struct TaskPhoton {
+    wi: Vec3,
+    ng: Vec3,
+    power: DVec3,
+}
+
+impl TaskPhoton {
+    fn new(photon: &Photon) -> TaskPhoton {
+        TaskPhoton { wi: photon.wi, ng: photon.ng, power: photon.power.as_dvec3() }
+    }
 }
 
 impl<S: Statistic> Gatherer for PhotonGatherer<'_, S> {
@@ -88,10 +102,9 @@ impl<S: Statistic> Gatherer for PhotonGatherer<'_, S> {
     type Tally = Found;
 
     fn begin(&self, points: Vec<u32>) -> Task {
-        Task {
-            photons: points.into_iter().map(|k| self.photons[k as usize]).collect(),
-            found: Found::default(),
-        }
+        let mut photons = Vec::with_capacity(points.len());
+        photons.extend(self.photons.pick(&points).map(TaskPhoton::new));
+        Task { photons, found: Found::default() }
     }
 
     #[inline(always)]
@@ -100,6 +113,7 @@ impl<S: Statistic> Gatherer for PhotonGatherer<'_, S> {
         let facets = LaneFacets::load(lanes, self.facets, leaf.first..leaf.first + leaf.states.len());
         let mut sums = LaneSums::zero(lanes);
         let mut parts = LaneParts::zero(lanes, facets.ng);
+        let mut found = task.found;
         for (p, place) in leaf.points.iter() {
             let around = balls.around(lanes, p);
             let photon = &task.photons[place];
@@ -108,11 +122,12 @@ impl<S: Statistic> Gatherer for PhotonGatherer<'_, S> {
             if S::WANTS_PARTS {
                 let offset = balls.offset(lanes, p);
                 let inner = balls.around_half(lanes, offset);
-                parts.add(lanes, around & accepted, offset, inner, photon.power, response);
+                parts.add(lanes, around & accepted, offset, inner, photon.power.as_vec3(), response);
             }
-            task.found.accepted += u64::from((around & accepted).count_ones());
-            task.found.rejected += u64::from((around & !accepted).count_ones());
+            found.accepted += u64::from((around & accepted).count_ones());
+            found.rejected += u64::from((around & !accepted).count_ones());
         }
+        task.found = found;
         let parts = if S::WANTS_PARTS { Some(parts.to_arrays(lanes)) } else { None };
         close(leaf.states, leaf.radii, &sums.to_arrays(lanes), parts.as_ref(), self.alpha)
     }
@@ -139,7 +154,7 @@ impl<L: Lanes> LaneFacets<L> {
 
     /// [`received`] in lanes: who accepts the photon, and the factor on its power; `None` stands for 1.
     #[inline(always)]
-    fn responses(&self, lanes: L, photon: &Photon) -> (Mask, Option<L::F32>) {
+    fn responses(&self, lanes: L, photon: &TaskPhoton) -> (Mask, Option<L::F32>) {
         let (zero, infinity) = (lanes.splat(0.0), lanes.splat(f32::INFINITY));
         let alike = self.ng.dot(lanes, LaneVec3::splat(lanes, photon.ng));
         let wi = LaneVec3::splat(lanes, photon.wi);
@@ -165,23 +180,24 @@ impl<L: Lanes> LaneSums<L> {
     }
 
     #[inline(always)]
-    fn add(&mut self, lanes: L, accepted: Mask, power: Rgb, response: Option<L::F32>) {
+    fn add(&mut self, lanes: L, accepted: Mask, power: DVec3, response: Option<L::F32>) {
         let [red, green, blue, count] = self.0;
-        let flux = LaneVec3::splat(lanes, power);
-        let flux = match response {
-            Some(response) => LaneVec3 {
-                x: lanes.mul(response, flux.x),
-                y: lanes.mul(response, flux.y),
-                z: lanes.mul(response, flux.z),
-            },
-            None => flux,
+        let [red, green, blue] = match response {
+            Some(response) => {
+                let power = LaneVec3::splat(lanes, power.as_vec3());
+                [
+                    lanes.add_where(accepted, red, lanes.mul(response, power.x)),
+                    lanes.add_where(accepted, green, lanes.mul(response, power.y)),
+                    lanes.add_where(accepted, blue, lanes.mul(response, power.z)),
+                ]
+            }
+            None => [
+                lanes.add_same_where(accepted, red, power.x),
+                lanes.add_same_where(accepted, green, power.y),
+                lanes.add_same_where(accepted, blue, power.z),
+            ],
         };
-        self.0 = [
-            lanes.add_where(accepted, red, flux.x),
-            lanes.add_where(accepted, green, flux.y),
-            lanes.add_where(accepted, blue, flux.z),
-            lanes.add_where(accepted, count, lanes.splat(1.0)),
-        ];
+        self.0 = [red, green, blue, lanes.add_same_where(accepted, count, 1.0)];
     }
 
     #[inline(always)]
@@ -224,11 +240,12 @@ fn close<S: Statistic>(
 #[cfg(test)]
 mod tests {
     use super::super::evenness::{PartSums, TestedState};
+    use super::super::photon_pass::PhotonChunk;
     use super::super::statistic::SingleState;
     use super::super::{GatherState, HitPoint};
     use super::*;
     use crate::bvh::Sphere;
-    use crate::math::{Frame, Rng, Stream, Vec3, mean, warp};
+    use crate::math::{Frame, Rng, Stream, mean, warp};
 
     fn photon(wi: Vec3, ng: Vec3) -> Photon {
         Photon { wi, ng, power: Rgb::ONE }
@@ -268,11 +285,15 @@ mod tests {
 
     fn photon_batch(rng: &mut Rng, n: usize) -> PhotonBatch {
         let mut batch = PhotonBatch::default();
-        for _ in 0..n {
+        for number in 0..n {
+            if number % 300 == 0 {
+                batch.chunks.extend([PhotonChunk::default(), PhotonChunk::default()]);
+            }
+            let Some(chunk) = batch.chunks.last_mut() else { continue };
             let ng = if rng.next_f32() < 0.8 { Vec3::Y } else { vector(rng) };
             let wi = vector(rng);
-            batch.positions.push(Vec3::new(rng.next_f32(), 0.01 * rng.next_f32(), rng.next_f32()));
-            batch.photons.push(Photon { wi, ng, power: Rgb::new(rng.next_f32(), 1e-9, 3e4) });
+            chunk.positions.push(Vec3::new(rng.next_f32(), 0.01 * rng.next_f32(), rng.next_f32()));
+            chunk.photons.push(Photon { wi, ng, power: Rgb::new(rng.next_f32(), 1e-9, 3e4) });
         }
         batch
     }
@@ -289,7 +310,7 @@ mod tests {
     /// What a pass must leave in a hit point: one photon after the other, in f64.
     fn naive<S: Statistic>(hit_point: &HitPoint, sphere: &Sphere, batch: &PhotonBatch, alpha: f64) -> S {
         let (mut sum, mut parts) = (PassSum::default(), PartSums::default());
-        for (p, photon) in batch.positions.iter().zip(&batch.photons) {
+        for (p, photon) in batch.positions().concat().iter().zip(batch.photons()) {
             if let Some(flux) = received(&hit_point.receiver, photon).filter(|_| sphere.contains(*p)) {
                 sum.flux += flux.as_dvec3();
                 sum.accepted += 1;
@@ -322,13 +343,9 @@ mod tests {
             for isa in Isa::available() {
                 let (mut tree, mut states) = (tree.clone(), vec![S::new(0.125); 500]);
                 let facets = Facets::of(&ordered);
-                let gatherer = PhotonGatherer {
-                    facets: &facets,
-                    photons: &batch.photons,
-                    alpha: 0.7,
-                    state: PhantomData,
-                };
-                let found = tree.gather_with(isa, &batch.positions, &mut states, &gatherer);
+                let gatherer =
+                    PhotonGatherer { facets: &facets, photons: &batch, alpha: 0.7, state: PhantomData };
+                let found = tree.gather_with(isa, &batch.positions(), &mut states, &gatherer);
                 assert!(states == expected, "{isa}, smooth: {smooth}");
                 let radii = states.iter().map(|state| state.state().radius() as f32);
                 assert!(radii.eq(tree.radii().iter().copied()), "{isa}");

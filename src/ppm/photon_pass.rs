@@ -21,24 +21,20 @@ pub struct Photon {
     pub power: Rgb,
 }
 
-impl Photon {
-    const NONE: Photon = Photon { wi: Vec3::ZERO, ng: Vec3::ZERO, power: Rgb::ZERO };
-}
-
-/// The photons of a pass; positions stand apart, as the gather wants them.
+/// The photons of a chunk of paths; positions stand apart, as the gather wants them.
 ///
-/// Chunk of paths by chunk, within each bounce by bounce, and there in the order in which packets were traced.
+/// Bounce by bounce, and there in the order in which packets were traced.
 #[derive(Clone, Debug, Default)]
-pub struct PhotonBatch {
+pub struct PhotonChunk {
     /// Where each photon lies.
     pub positions: Vec<Vec3>,
     /// The rest of each photon.
     pub photons: Vec<Photon>,
-    /// What became of all paths.
+    /// What became of the paths.
     pub ledger: Ledger,
 }
 
-impl PhotonBatch {
+impl PhotonChunk {
     /// Forgets everything but the memory.
     fn clear(&mut self) {
         self.positions.clear();
@@ -49,23 +45,39 @@ impl PhotonBatch {
     fn memory_bytes(&self) -> usize {
         size_of::<Vec3>() * self.positions.capacity() + size_of::<Photon>() * self.photons.capacity()
     }
+}
 
-    /// Becomes the photons of all chunks, in their order.
-    fn collect(&mut self, chunks: &[PhotonBatch]) {
-        let count = chunks.iter().map(|chunk| chunk.photons.len()).sum();
-        self.positions.resize(count, Vec3::ZERO);
-        self.photons.resize(count, Photon::NONE);
-        let (mut positions, mut photons) = (self.positions.as_mut_slice(), self.photons.as_mut_slice());
-        let places = chunks.iter().map(|chunk| {
-            let n = chunk.photons.len();
-            (positions.split_off_mut(..n).unwrap_or_default(), photons.split_off_mut(..n).unwrap_or_default())
-        });
-        let places: Vec<(&mut [Vec3], &mut [Photon])> = places.collect();
-        places.into_par_iter().zip(chunks).for_each(|((positions, photons), chunk)| {
-            positions.copy_from_slice(&chunk.positions);
-            photons.copy_from_slice(&chunk.photons);
-        });
-        self.ledger = chunks.iter().fold(Ledger::default(), |sum, chunk| sum.plus(chunk.ledger));
+/// The photons of a pass, numbered on from chunk to chunk.
+#[derive(Clone, Debug, Default)]
+pub struct PhotonBatch {
+    /// In the order of the paths.
+    pub chunks: Vec<PhotonChunk>,
+    /// What became of all paths.
+    pub ledger: Ledger,
+}
+
+impl PhotonBatch {
+    /// Where the photons lie, chunk by chunk.
+    pub fn positions(&self) -> Vec<&[Vec3]> {
+        self.chunks.iter().map(|chunk| chunk.positions.as_slice()).collect()
+    }
+
+    /// All photons, by their numbers.
+    pub fn photons(&self) -> impl Iterator<Item = &Photon> {
+        self.chunks.iter().flat_map(|chunk| &chunk.photons)
+    }
+
+    /// The photons of these numbers, which increase.
+    pub(super) fn pick(&self, numbers: &[u32]) -> impl Iterator<Item = &Photon> {
+        let mut later = self.chunks.iter().map(|chunk| chunk.photons.as_slice());
+        let (mut chunk, mut first): (&[Photon], usize) = (&[], 0);
+        numbers.iter().filter_map(move |&number| {
+            while number as usize - first >= chunk.len() {
+                first += chunk.len();
+                chunk = later.next()?;
+            }
+            Some(&chunk[number as usize - first])
+        })
     }
 }
 
@@ -76,7 +88,6 @@ const CHUNK: u64 = 1024;
 /// A photon pass and the memory that it works in, which the next pass uses again.
 #[derive(Debug, Default)]
 pub struct PhotonPass {
-    chunks: Vec<PhotonBatch>,
     batch: PhotonBatch,
 }
 
@@ -87,21 +98,19 @@ impl PhotonPass {
     /// depends on no thread.
     pub fn trace(&mut self, scene: &Scene, settings: &Settings, pass: u32) -> &PhotonBatch {
         let course = Course { isa: Isa::best(), scene, settings, pass };
-        self.chunks.resize_with(chunks(scene, settings), PhotonBatch::default);
-        self.chunks.par_iter_mut().enumerate().for_each_init(
-            Wavefront::default,
-            |wavefront, (chunk, batch)| {
-                batch.clear();
-                wavefront.follow(&course, paths_of(chunk, settings), batch, |_| ());
-            },
-        );
-        self.batch.collect(&self.chunks);
+        let PhotonBatch { chunks, ledger } = &mut self.batch;
+        chunks.resize_with(chunk_count(scene, settings), PhotonChunk::default);
+        chunks.par_iter_mut().enumerate().for_each_init(Wavefront::default, |wavefront, (number, chunk)| {
+            chunk.clear();
+            wavefront.follow(&course, paths_of(number, settings), chunk, |_| ());
+        });
+        *ledger = chunks.iter().fold(Ledger::default(), |sum, chunk| sum.plus(chunk.ledger));
         &self.batch
     }
 
     /// The memory that it keeps, in bytes.
     pub fn memory_bytes(&self) -> usize {
-        self.chunks.iter().chain([&self.batch]).map(PhotonBatch::memory_bytes).sum()
+        self.batch.chunks.iter().map(PhotonChunk::memory_bytes).sum()
     }
 }
 
@@ -109,16 +118,16 @@ impl PhotonPass {
 pub fn record_rays(scene: &Scene, settings: &Settings, pass: u32) -> Vec<Ray> {
     let course = Course { isa: Isa::best(), scene, settings, pass };
     let rays_of = |chunk: usize| {
-        let (mut rays, mut batch) = (Vec::new(), PhotonBatch::default());
+        let (mut rays, mut photons) = (Vec::new(), PhotonChunk::default());
         let see = |packet: &RayPacket| rays.extend((0..packet.len).map(|lane| packet.ray(lane)));
-        Wavefront::default().follow(&course, paths_of(chunk, settings), &mut batch, see);
+        Wavefront::default().follow(&course, paths_of(chunk, settings), &mut photons, see);
         rays
     };
-    let recorded: Vec<Vec<Ray>> = (0..chunks(scene, settings)).into_par_iter().map(rays_of).collect();
+    let recorded: Vec<Vec<Ray>> = (0..chunk_count(scene, settings)).into_par_iter().map(rays_of).collect();
     recorded.concat()
 }
 
-fn chunks(scene: &Scene, settings: &Settings) -> usize {
+fn chunk_count(scene: &Scene, settings: &Settings) -> usize {
     if scene.lights().is_empty() { 0 } else { settings.photons.div_ceil(CHUNK) as usize }
 }
 

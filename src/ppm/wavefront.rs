@@ -6,7 +6,8 @@ use super::diffuse_bounce::{Arrivals, DiffuseBounce, Specials};
 use super::draws::Draws;
 use super::emission::Emission;
 use super::flights::{FlightPacket, Flights, at};
-use super::{Photon, PhotonBatch, Settings};
+use super::photon_pass::PhotonChunk;
+use super::{Photon, Settings};
 use crate::bsdf::{Choice, DiffuseSampling, Event, Scattering, Transport, sample_diffuse};
 use crate::math::{Frame, Ray, Rgb, Rng, Vec3};
 use crate::scene::{Coherence, HitPacket, RayPacket, Scene, SurfaceHit, SurfacePacket};
@@ -59,28 +60,28 @@ pub(super) struct Course<'a> {
 }
 
 impl Wavefront {
-    /// Emits the photons of `paths` and follows them to their end; what they leave behind goes to `batch`, and `see` is
+    /// Emits the photons of `paths` and follows them to their end; what they leave behind goes to `chunk`, and `see` is
     /// shown the rays.
     pub(super) fn follow(
         &mut self,
         course: &Course,
         paths: Range<u64>,
-        batch: &mut PhotonBatch,
+        chunk: &mut PhotonChunk,
         mut see: impl FnMut(&RayPacket),
     ) {
         let first = paths.start;
         let draws = |segment| Draws { seed: course.settings.seed, pass: course.pass, first, segment };
-        self.emit(course, paths, draws(0), batch);
+        self.emit(course, paths, draws(0), chunk);
         for segment in 1..=MAX_SEGMENTS {
             if self.flights.len() == 0 {
                 return;
             }
-            self.fly(course, draws(segment), batch, &mut see);
+            self.fly(course, draws(segment), chunk, &mut see);
         }
-        batch.ledger.terminated += self.flights.len() as u64;
+        chunk.ledger.terminated += self.flights.len() as u64;
     }
 
-    fn emit(&mut self, course: &Course, paths: Range<u64>, draws: Draws, batch: &mut PhotonBatch) {
+    fn emit(&mut self, course: &Course, paths: Range<u64>, draws: Draws, chunk: &mut PhotonChunk) {
         let count = (paths.end - paths.start) as usize;
         let Wavefront { flights, next, .. } = self;
         flights.make_room(count);
@@ -89,9 +90,9 @@ impl Wavefront {
             let (lights, mask) = (course.scene.lights(), first_lanes(count - first));
             let emission = Emission { lights, draws, first: first as u32, mask, flights };
             let dark = course.isa.run(emission);
-            batch.ledger.dropped += u64::from(dark.count_ones());
+            chunk.ledger.dropped += u64::from(dark.count_ones());
         }
-        batch.ledger.emitted += count as u64;
+        chunk.ledger.emitted += count as u64;
     }
 
     /// Traces all rays, stores the photons where they arrive, and sends them on their way.
@@ -101,7 +102,7 @@ impl Wavefront {
         &mut self,
         course: &Course,
         draws: Draws,
-        batch: &mut PhotonBatch,
+        chunk: &mut PhotonChunk,
         see: &mut impl FnMut(&RayPacket),
     ) {
         let Wavefront { flights, next, order, packet } = self;
@@ -114,7 +115,7 @@ impl Wavefront {
             see(&packet.photons.rays);
             packet.trace(course, coherence);
             packet.bounce_special(course, draws);
-            packet.bounce(course, draws, batch, next);
+            packet.bounce(course, draws, chunk, next);
         }
         std::mem::swap(flights, next);
     }
@@ -146,15 +147,15 @@ impl Packet {
     }
 
     /// Stores the photons, and sends them on from Lambertian surfaces.
-    fn bounce(&self, course: &Course, draws: Draws, batch: &mut PhotonBatch, next: &mut Flights) {
+    fn bounce(&self, course: &Course, draws: Draws, chunk: &mut PhotonChunk, next: &mut Flights) {
         let Packet { photons, surfaces, specials, .. } = self;
         let bounce = DiffuseBounce { photons, surfaces, draws, specials, next };
         let (arrivals, survivors, dark) = course.isa.run(bounce);
         if !draws.is_first_flight() {
-            deposit(batch, photons, surfaces, &arrivals);
+            deposit(chunk, photons, surfaces, &arrivals);
         }
         let (rays, found) = (photons.rays.len as u64, u64::from(surfaces.found.count_ones()));
-        let ledger = &mut batch.ledger;
+        let ledger = &mut chunk.ledger;
         ledger.rays += rays;
         ledger.escaped += rays - found;
         ledger.absorbed += found - u64::from(survivors.count_ones());
@@ -175,7 +176,7 @@ fn bits(mut mask: Mask) -> impl Iterator<Item = usize> {
 ///
 /// Only light straight from its source is left out, since shadow rays bring that: light that was mirrored or
 /// refracted on its way (water is opaque to shadow rays) is a caustic and stays.
-fn deposit(batch: &mut PhotonBatch, photons: &FlightPacket, surfaces: &SurfacePacket, arrivals: &Arrivals) {
+fn deposit(chunk: &mut PhotonChunk, photons: &FlightPacket, surfaces: &SurfacePacket, arrivals: &Arrivals) {
     let (mut lanes, mut count) = ([0; LANES], 0);
     for lane in bits(arrivals.diffuse) {
         lanes[count] = lane;
@@ -184,9 +185,9 @@ fn deposit(batch: &mut PhotonBatch, photons: &FlightPacket, surfaces: &SurfacePa
     let lanes = &lanes[..count];
     let photon =
         |lane| Photon { wi: at(&arrivals.wo, lane), ng: at(&arrivals.ng, lane), power: photons.power(lane) };
-    batch.positions.extend(lanes.iter().map(|&lane| at(&surfaces.p, lane % LANES)));
-    batch.photons.extend(lanes.iter().map(|&lane| photon(lane % LANES)));
-    batch.ledger.deposited += count as u64;
+    chunk.positions.extend(lanes.iter().map(|&lane| at(&surfaces.p, lane % LANES)));
+    chunk.photons.extend(lanes.iter().map(|&lane| photon(lane % LANES)));
+    chunk.ledger.deposited += count as u64;
 }
 
 /// Russian roulette between reflection, refraction, diffuse bounce and absorption, which is `None`: the ray that goes on
@@ -226,16 +227,16 @@ mod tests {
         ["cornell_b.toml", "course_balls.toml", "course_diffuse.toml"].map(scene)
     }
 
-    fn followed(course: &Course) -> PhotonBatch {
-        let mut batch = PhotonBatch::default();
+    fn followed(course: &Course) -> PhotonChunk {
+        let mut chunk = PhotonChunk::default();
         let mut wavefront = Wavefront::default();
         for first in [0, 1024] {
-            wavefront.follow(course, first..first + PATHS, &mut batch, |_| ());
+            wavefront.follow(course, first..first + PATHS, &mut chunk, |_| ());
         }
-        batch
+        chunk
     }
 
-    fn assert_same(a: &PhotonBatch, b: &PhotonBatch, what: impl std::fmt::Display) {
+    fn assert_same(a: &PhotonChunk, b: &PhotonChunk, what: impl std::fmt::Display) {
         assert_eq!(a.ledger, b.ledger, "{what}");
         assert!(a.positions == b.positions && a.photons == b.photons, "{what}: other photons");
     }
@@ -254,10 +255,10 @@ mod tests {
     }
 
     /// The photons of one packet after another, bounced in lanes or one by one.
-    fn bounced(course: &Course, in_lanes: bool) -> (Vec<[[u32; LANES]; 10]>, PhotonBatch) {
-        let (mut wavefront, mut batch) = (Wavefront::default(), PhotonBatch::default());
+    fn bounced(course: &Course, in_lanes: bool) -> (Vec<[[u32; LANES]; 10]>, PhotonChunk) {
+        let (mut wavefront, mut chunk) = (Wavefront::default(), PhotonChunk::default());
         let draws = |segment| Draws { seed: 5, pass: 1, first: 0, segment };
-        wavefront.emit(course, 0..PATHS, draws(0), &mut batch);
+        wavefront.emit(course, 0..PATHS, draws(0), &mut chunk);
         let mut onward = Vec::new();
         for segment in 1..4 {
             let Wavefront { flights, next, order, packet } = &mut wavefront;
@@ -268,12 +269,12 @@ mod tests {
                 packet.trace(course, Coherence::Coherent);
                 packet.surfaces.lambertian &= if in_lanes { Mask::MAX } else { 0 };
                 packet.bounce_special(course, draws(segment));
-                packet.bounce(course, draws(segment), &mut batch, next);
+                packet.bounce(course, draws(segment), &mut chunk, next);
             }
             std::mem::swap(flights, next);
             next.clear();
         }
-        (onward, batch)
+        (onward, chunk)
     }
 
     /// The lanes against the definition, bit by bit.
@@ -283,10 +284,10 @@ mod tests {
             let settings = Settings::of_scene(scene.render());
             for isa in Isa::available() {
                 let course = Course { isa, scene: &scene, settings: &settings, pass: 0 };
-                let ((flights, batch), (expected, expected_batch)) =
+                let ((flights, chunk), (expected, expected_chunk)) =
                     (bounced(&course, true), bounced(&course, false));
                 assert!(flights.len() > 100 && flights == expected, "{isa}");
-                assert_same(&batch, &expected_batch, isa);
+                assert_same(&chunk, &expected_chunk, isa);
             }
         }
     }

@@ -218,6 +218,27 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
+    fn add_same_where(self, mask: Mask, sum: [__m256d; 4], x: f64) -> [__m256d; 4] {
+        let (low, high) = (self.expand(mask as u8), self.expand((mask >> 8) as u8));
+        instruction!({
+            let x = _mm256_set1_pd(x);
+            let (low, high) = (_mm256_castps_si256(low), _mm256_castps_si256(high));
+            let wide = [
+                _mm256_cvtepi32_epi64(_mm256_castsi256_si128(low)),
+                _mm256_cvtepi32_epi64(_mm256_extracti128_si256::<1>(low)),
+                _mm256_cvtepi32_epi64(_mm256_castsi256_si128(high)),
+                _mm256_cvtepi32_epi64(_mm256_extracti128_si256::<1>(high)),
+            ];
+            [
+                _mm256_add_pd(sum[0], _mm256_and_pd(x, _mm256_castsi256_pd(wide[0]))),
+                _mm256_add_pd(sum[1], _mm256_and_pd(x, _mm256_castsi256_pd(wide[1]))),
+                _mm256_add_pd(sum[2], _mm256_and_pd(x, _mm256_castsi256_pd(wide[2]))),
+                _mm256_add_pd(sum[3], _mm256_and_pd(x, _mm256_castsi256_pd(wide[3]))),
+            ]
+        })
+    }
+
+    #[inline(always)]
     fn to_array_f64(self, lanes: [__m256d; 4]) -> [f64; LANES] {
         let mut out = [0.0; LANES];
         for (to, lanes) in out.chunks_exact_mut(4).zip(lanes) {

@@ -133,6 +133,15 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
+    fn add_same_where(self, mask: Mask, [low, high]: [__m512d; 2], x: f64) -> [__m512d; 2] {
+        let (mask_low, mask_high) = (mask as u8, (mask >> 8) as u8);
+        instruction!({
+            let x = _mm512_set1_pd(x);
+            [_mm512_mask_add_pd(low, mask_low, low, x), _mm512_mask_add_pd(high, mask_high, high, x)]
+        })
+    }
+
+    #[inline(always)]
     fn to_array_f64(self, [low, high]: [__m512d; 2]) -> [f64; LANES] {
         let mut out = [0.0; LANES];
         let (first, second) = out.split_at_mut(8);

@@ -114,6 +114,11 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
+    fn add_same_where(self, mask: Mask, sum: [f64; LANES], x: f64) -> [f64; LANES] {
+        from_fn(|k| if has(mask, k) { sum[k] + x } else { sum[k] })
+    }
+
+    #[inline(always)]
     fn to_array_f64(self, lanes: [f64; LANES]) -> [f64; LANES] {
         lanes
     }
