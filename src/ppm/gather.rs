@@ -102,9 +102,7 @@ impl<S: Statistic> Gatherer for PhotonGatherer<'_, S> {
     type Tally = Found;
 
     fn begin(&self, points: Vec<u32>) -> Task {
-        let mut photons = Vec::with_capacity(points.len());
-        photons.extend(self.photons.pick(&points).map(TaskPhoton::new));
-        Task { photons, found: Found::default() }
+        Task { photons: self.photons.pick(&points, TaskPhoton::new), found: Found::default() }
     }
 
     #[inline(always)]
@@ -113,7 +111,7 @@ impl<S: Statistic> Gatherer for PhotonGatherer<'_, S> {
         let facets = LaneFacets::load(lanes, self.facets, leaf.first..leaf.first + leaf.states.len());
         let mut sums = LaneSums::zero(lanes);
         let mut parts = LaneParts::zero(lanes, facets.ng);
-        let mut found = task.found;
+        let (mut touched, mut met) = (0, 0);
         for (p, place) in leaf.points.iter() {
             let around = balls.around(lanes, p);
             let photon = &task.photons[place];
@@ -124,12 +122,15 @@ impl<S: Statistic> Gatherer for PhotonGatherer<'_, S> {
                 let inner = balls.around_half(lanes, offset);
                 parts.add(lanes, around & accepted, offset, inner, photon.power.as_vec3(), response);
             }
-            found.accepted += u64::from((around & accepted).count_ones());
-            found.rejected += u64::from((around & !accepted).count_ones());
+            touched |= around & accepted;
+            met += u64::from(around.count_ones());
         }
-        task.found = found;
         let parts = if S::WANTS_PARTS { Some(parts.to_arrays(lanes)) } else { None };
-        close(leaf.states, leaf.radii, &sums.to_arrays(lanes), parts.as_ref(), self.alpha)
+        let closed =
+            close(leaf.states, leaf.radii, touched, &sums.to_arrays(lanes), parts.as_ref(), self.alpha);
+        task.found.accepted += closed.accepted;
+        task.found.rejected += met - closed.accepted;
+        closed.radii
     }
 
     fn end(&self, task: Task) -> Found {
@@ -212,29 +213,39 @@ impl<L: Lanes> LaneSums<L> {
     }
 }
 
-/// Closes the pass for the hit points of a leaf.
+/// What the end of a pass did to the hit points of a leaf.
+struct Closed {
+    radii: Radii,
+    /// Photons accepted by any of them.
+    accepted: u64,
+}
+
+/// Closes the pass for the hit points of a leaf, those that accepted photons.
+#[inline(always)]
 fn close<S: Statistic>(
     states: &mut [S],
     radii: &mut [f32],
+    mut touched: Mask,
     [red, green, blue, count]: &[[f64; LANES]; 4],
     parts: Option<&PartArrays>,
     alpha: f64,
-) -> Radii {
-    let mut changed = Radii::Kept;
-    for (lane, (state, radius)) in states.iter_mut().zip(radii).enumerate().take(LANES) {
-        if count[lane] > 0.0 {
-            let flux = DVec3::new(red[lane], green[lane], blue[lane]);
-            let pass = PassSum { flux, accepted: count[lane] as u32 };
-            let parts = parts.map(|parts| parts.lane(lane)).unwrap_or_default();
-            state.after_pass(&pass, &parts, alpha);
-            let shrunk = state.state().radius() as f32;
-            if shrunk != *radius {
-                *radius = shrunk;
-                changed = Radii::Changed;
-            }
+) -> Closed {
+    let mut closed = Closed { radii: Radii::Kept, accepted: 0 };
+    while touched != 0 {
+        let lane = touched.trailing_zeros() as usize % LANES;
+        touched &= touched - 1;
+        let flux = DVec3::new(red[lane], green[lane], blue[lane]);
+        let pass = PassSum { flux, accepted: count[lane] as u32 };
+        let parts = parts.map(|parts| parts.lane(lane)).unwrap_or_default();
+        states[lane].after_pass(&pass, &parts, alpha);
+        closed.accepted += u64::from(pass.accepted);
+        let shrunk = states[lane].state().radius() as f32;
+        if shrunk != radii[lane] {
+            radii[lane] = shrunk;
+            closed.radii = Radii::Changed;
         }
     }
-    changed
+    closed
 }
 
 #[cfg(test)]

@@ -68,16 +68,16 @@ impl PhotonBatch {
     }
 
     /// The photons of these numbers, which increase.
-    pub(super) fn pick(&self, numbers: &[u32]) -> impl Iterator<Item = &Photon> {
-        let mut later = self.chunks.iter().map(|chunk| chunk.photons.as_slice());
-        let (mut chunk, mut first): (&[Photon], usize) = (&[], 0);
-        numbers.iter().filter_map(move |&number| {
-            while number as usize - first >= chunk.len() {
-                first += chunk.len();
-                chunk = later.next()?;
-            }
-            Some(&chunk[number as usize - first])
-        })
+    pub(super) fn pick<T>(&self, mut numbers: &[u32], of: impl Fn(&Photon) -> T) -> Vec<T> {
+        let mut picked = Vec::with_capacity(numbers.len());
+        let mut first = 0;
+        for PhotonChunk { photons, .. } in &self.chunks {
+            let end = first + photons.len();
+            let (here, later) = numbers.split_at(numbers.partition_point(|&number| (number as usize) < end));
+            picked.extend(here.iter().map(|&number| of(&photons[number as usize - first])));
+            (numbers, first) = (later, end);
+        }
+        picked
     }
 }
 
