@@ -7,7 +7,7 @@ use super::lane_parts::{LaneParts, PartArrays};
 use super::statistic::{Statistic, Statistics};
 use super::{Facets, PassSum, Photon, PhotonBatch};
 use crate::bvh::{Gatherer, Leaf, Radii, SphereBvh};
-use crate::math::{DVec3, Rgb, Vec3};
+use crate::math::{DVec3, Rgb};
 use crate::scene::Receiver;
 use crate::simd::{Isa, LANES, LaneVec3, Lanes, Mask};
 
@@ -78,22 +78,8 @@ struct PhotonGatherer<'a, S> {
 
 /// The photons of a task, close together, and what became of them.
 struct Task {
-    photons: Vec<TaskPhoton>,
+    photons: Vec<Photon>,
     found: Found,
-}
-
-/// A [`Photon`]; its power is in the numbers that it is summed in, so that lanes need not convert it.
-#[derive(Clone, Copy)]
-struct TaskPhoton {
-    wi: Vec3,
-    ng: Vec3,
-    power: DVec3,
-}
-
-impl TaskPhoton {
-    fn new(photon: &Photon) -> TaskPhoton {
-        TaskPhoton { wi: photon.wi, ng: photon.ng, power: photon.power.as_dvec3() }
-    }
 }
 
 impl<S: Statistic> Gatherer for PhotonGatherer<'_, S> {
@@ -102,7 +88,7 @@ impl<S: Statistic> Gatherer for PhotonGatherer<'_, S> {
     type Tally = Found;
 
     fn begin(&self, points: Vec<u32>) -> Task {
-        Task { photons: self.photons.pick(&points, TaskPhoton::new), found: Found::default() }
+        Task { photons: self.photons.pick(&points), found: Found::default() }
     }
 
     #[inline(always)]
@@ -120,7 +106,7 @@ impl<S: Statistic> Gatherer for PhotonGatherer<'_, S> {
             if S::WANTS_PARTS {
                 let offset = balls.offset(lanes, p);
                 let inner = balls.around_half(lanes, offset);
-                parts.add(lanes, around & accepted, offset, inner, photon.power.as_vec3(), response);
+                parts.add(lanes, around & accepted, offset, inner, photon.power, response);
             }
             touched |= around & accepted;
             met += u64::from(around.count_ones());
@@ -155,7 +141,7 @@ impl<L: Lanes> LaneFacets<L> {
 
     /// [`received`] in lanes: who accepts the photon, and the factor on its power; `None` stands for 1.
     #[inline(always)]
-    fn responses(&self, lanes: L, photon: &TaskPhoton) -> (Mask, Option<L::F32>) {
+    fn responses(&self, lanes: L, photon: &Photon) -> (Mask, Option<L::F32>) {
         let (zero, infinity) = (lanes.splat(0.0), lanes.splat(f32::INFINITY));
         let alike = self.ng.dot(lanes, LaneVec3::splat(lanes, photon.ng));
         let wi = LaneVec3::splat(lanes, photon.wi);
@@ -181,11 +167,11 @@ impl<L: Lanes> LaneSums<L> {
     }
 
     #[inline(always)]
-    fn add(&mut self, lanes: L, accepted: Mask, power: DVec3, response: Option<L::F32>) {
+    fn add(&mut self, lanes: L, accepted: Mask, power: Rgb, response: Option<L::F32>) {
         let [red, green, blue, count] = self.0;
         let [red, green, blue] = match response {
             Some(response) => {
-                let power = LaneVec3::splat(lanes, power.as_vec3());
+                let power = LaneVec3::splat(lanes, power);
                 [
                     lanes.add_where(accepted, red, lanes.mul(response, power.x)),
                     lanes.add_where(accepted, green, lanes.mul(response, power.y)),
@@ -256,7 +242,7 @@ mod tests {
     use super::super::{GatherState, HitPoint};
     use super::*;
     use crate::bvh::Sphere;
-    use crate::math::{Frame, Rng, Stream, mean, warp};
+    use crate::math::{Frame, Rng, Stream, Vec3, mean, warp};
 
     fn photon(wi: Vec3, ng: Vec3) -> Photon {
         Photon { wi, ng, power: Rgb::ONE }

@@ -68,13 +68,13 @@ impl PhotonBatch {
     }
 
     /// The photons of these numbers, which increase.
-    pub(super) fn pick<T>(&self, mut numbers: &[u32], of: impl Fn(&Photon) -> T) -> Vec<T> {
+    pub(super) fn pick(&self, mut numbers: &[u32]) -> Vec<Photon> {
         let mut picked = Vec::with_capacity(numbers.len());
         let mut first = 0;
         for PhotonChunk { photons, .. } in &self.chunks {
             let end = first + photons.len();
             let (here, later) = numbers.split_at(numbers.partition_point(|&number| (number as usize) < end));
-            picked.extend(here.iter().map(|&number| of(&photons[number as usize - first])));
+            picked.extend(here.iter().map(|&number| photons[number as usize - first]));
             (numbers, first) = (later, end);
         }
         picked

@@ -218,10 +218,10 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn add_same_where(self, mask: Mask, sum: [__m256d; 4], x: f64) -> [__m256d; 4] {
+    fn add_same_where(self, mask: Mask, sum: [__m256d; 4], x: f32) -> [__m256d; 4] {
         let (low, high) = (self.expand(mask as u8), self.expand((mask >> 8) as u8));
         instruction!({
-            let x = _mm256_set1_pd(x);
+            let x = _mm256_cvtps_pd(_mm_set1_ps(x));
             let (low, high) = (_mm256_castps_si256(low), _mm256_castps_si256(high));
             let wide = [
                 _mm256_cvtepi32_epi64(_mm256_castsi256_si128(low)),

@@ -133,10 +133,10 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
-    fn add_same_where(self, mask: Mask, [low, high]: [__m512d; 2], x: f64) -> [__m512d; 2] {
+    fn add_same_where(self, mask: Mask, [low, high]: [__m512d; 2], x: f32) -> [__m512d; 2] {
         let (mask_low, mask_high) = (mask as u8, (mask >> 8) as u8);
         instruction!({
-            let x = _mm512_set1_pd(x);
+            let x = _mm512_cvtps_pd(_mm256_set1_ps(x));
             [_mm512_mask_add_pd(low, mask_low, low, x), _mm512_mask_add_pd(high, mask_high, high, x)]
         })
     }

@@ -99,7 +99,7 @@ pub trait Lanes: Copy {
     /// `sum + x` in the lanes of `mask`, `sum` in the others.
     fn add_where(self, mask: Mask, sum: Self::F64, x: Self::F32) -> Self::F64;
     /// [`Lanes::add_where`] of the same number in all lanes.
-    fn add_same_where(self, mask: Mask, sum: Self::F64, x: f64) -> Self::F64;
+    fn add_same_where(self, mask: Mask, sum: Self::F64, x: f32) -> Self::F64;
     /// All lanes, as an array.
     fn to_array_f64(self, lanes: Self::F64) -> [f64; LANES];
     /// Sixteen integers.
@@ -228,7 +228,7 @@ mod tests {
             numbers.push(kept);
             let sum = lanes.add_where(self.mask, lanes.zero_f64(), a);
             let sum = lanes.add_where(!self.mask.rotate_left(3), sum, b);
-            let same = self.a.last().map_or(1.0, |&x| f64::from(x));
+            let same = self.a.last().copied().unwrap_or(1.0);
             let sum = lanes.add_same_where(self.mask.rotate_left(5), sum, same);
             let sums = lanes.to_array_f64(sum).map(|x| if x.is_nan() { 0 } else { x.to_bits() });
             (numbers, vec![lanes.le(a, b), lanes.lt(a, b)], sums)

@@ -114,8 +114,8 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn add_same_where(self, mask: Mask, sum: [f64; LANES], x: f64) -> [f64; LANES] {
-        from_fn(|k| if has(mask, k) { sum[k] + x } else { sum[k] })
+    fn add_same_where(self, mask: Mask, sum: [f64; LANES], x: f32) -> [f64; LANES] {
+        from_fn(|k| if has(mask, k) { sum[k] + f64::from(x) } else { sum[k] })
     }
 
     #[inline(always)]
