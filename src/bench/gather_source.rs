@@ -84,7 +84,7 @@ impl Rendered<'_> {
 
     fn photons(&self, emitted: u64) -> Result<Vec<Vec3>, BenchError> {
         let settings = Settings { photons: emitted, ..self.settings };
-        let positions = PhotonPass::default().trace(self.scene, &settings, 0).positions.clone();
+        let positions = PhotonPass::default().trace(self.scene, &settings, 0).positions().concat();
         if positions.is_empty() {
             Err(BenchError::NoPhotons { scene: self.name.into() })
         } else {
@@ -167,7 +167,7 @@ mod tests {
                 let settings = Settings { photons: 300, ..render.settings };
                 let batch = pass.trace(render.scene, &settings, 0);
                 assert_eq!(batch.ledger.emitted, 300);
-                assert_eq!(Source::Render(render).photons(300).unwrap(), batch.positions);
+                assert_eq!(Source::Render(render).photons(300).unwrap(), batch.positions().concat());
             },
         );
     }
