@@ -449,3 +449,77 @@ fn a_scene_without_light_is_black() {
     let image = caustica::output::read_exr(&sandbox.path("a.exr")).unwrap();
     assert!(image.pixels().iter().all(|p| *p == caustica::math::Rgb::ZERO));
 }
+
+/// A target ends the render, the last words tell of the error, and the statistics foretell.
+#[test]
+fn target_error_ends_the_render() {
+    let sandbox = Sandbox::new();
+    let (scene, picture, json) = (sandbox.small_scene(), sandbox.name("a.exr"), sandbox.name("a.jsonl"));
+    let base = ["render", &scene, "-o", &picture, "--radius", "8", "--photons", "5000", "--json", &json];
+    let output = caustica(&[&base[..], &["--target-error", "12%", "--confidence", "90%"]].concat());
+    let message = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{message}");
+    for word in
+        ["target: relative error", "at most 12.0 % with 90.0 % confidence", "error after", "noise", "bias"]
+    {
+        assert!(message.contains(word), "`{word}` is not in: {message}");
+    }
+    assert!(!message.contains("is not reached"), "{message}");
+    let lines = fs::read_to_string(sandbox.path("a.jsonl")).unwrap();
+    let looks: Vec<serde_json::Value> = lines
+        .lines()
+        .map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap()["error"].clone())
+        .filter(|error| !error.is_null())
+        .collect();
+    let last = looks.last().unwrap();
+    assert!(last["upper"].as_f64().unwrap() <= 0.12 && looks.len() > 3, "{looks:?}");
+    assert!(looks[looks.len() - 2]["outlook"]["passes"].is_f64(), "{looks:?}");
+    assert!(looks[..looks.len() - 1].iter().all(|look| look["upper"].as_f64().unwrap() > 0.12));
+}
+
+#[test]
+fn a_target_that_is_missed_is_told() {
+    let sandbox = Sandbox::new();
+    let (scene, picture) = (sandbox.small_scene(), sandbox.name("a.exr"));
+    let options = ["--photons", "2000", "--passes", "6", "--target-error", "0.1%"];
+    let output = caustica(&[&["render", &scene, "-o", &picture][..], &options].concat());
+    let message = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{message}");
+    assert!(message.contains("the target of 0.100 % is not reached, it would be after about"), "{message}");
+}
+
+#[test]
+fn a_target_out_of_reach_is_refused() {
+    let sandbox = Sandbox::new();
+    let (scene, picture) = (sandbox.small_scene(), sandbox.name("a.exr"));
+    for hopeless in [["--alpha", "1"], ["--radius-policy", "fixed"]] {
+        let arguments = [&["render", &scene, "-o", &picture, "--target-error", "2%"][..], &hopeless].concat();
+        assert_refused(
+            &sandbox,
+            &arguments,
+            &["2.00 %", "out of reach", "radii do not shrink", "--alpha below 1"],
+        );
+    }
+    let arguments = ["render", &scene, "-o", &picture, "--target-error", "2%", "--no-error-estimates"];
+    assert_refused(&sandbox, &arguments, &["--target-error", "--no-error-estimates"]);
+}
+
+/// Layers hold the bounds, `compare` reads them, and the picture is the same as without.
+#[test]
+fn layers_are_read_by_compare() {
+    let sandbox = Sandbox::new();
+    let (scene, plain, layered) = (sandbox.small_scene(), sandbox.name("a.exr"), sandbox.name("b.exr"));
+    let base =
+        |output| ["render", &scene, "-o", output, "--passes", "4", "--radius", "8", "--photons", "5000"];
+    assert!(caustica(&base(&plain)).status.success());
+    assert!(caustica(&[&base(&layered)[..], &["--layers"]].concat()).status.success());
+    let bound = format!("{layered}:bound");
+    let output = caustica(&["compare", &layered, &plain, "--bound", &bound, "--fail-above", "mse=0"]);
+    let message = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(0), "{message}{}", text(&output.stderr));
+    assert!(message.contains("coverage    1.000000"), "{message}");
+    for layer in ["stderr", "bias", "photons", "radius"] {
+        let name = format!("{layered}:{layer}");
+        assert_eq!(caustica(&["compare", &name, &name]).status.code(), Some(0), "{layer}");
+    }
+}

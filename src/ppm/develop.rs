@@ -49,7 +49,7 @@ fn from_photons(render: &Render, position: usize) -> DVec3 {
 
 /// What a pixel sees of the irradiance at its hit points.
 fn reflected(render: &Render, pixel: usize, irradiance: impl Fn(usize) -> DVec3) -> DVec3 {
-    let seen = render.pixel_lists.of(pixel).iter();
+    let seen = render.pixel_lists().of(pixel).iter();
     seen.map(|seen| seen.factor.as_dvec3() * irradiance(seen.position as usize)).sum()
 }
 

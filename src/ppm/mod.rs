@@ -51,6 +51,7 @@ pub use statistic::Precision;
 pub use statistics::{PassStatistics, PhaseSeconds, RadiusRange, SetupStatistics};
 
 use std::f32::consts::PI;
+use std::sync::OnceLock;
 
 use rayon::prelude::*;
 
@@ -70,7 +71,8 @@ pub struct Render<'s> {
     /// In the order of the tree, as are the states.
     hit_points: Vec<HitPoint>,
     states: Statistics,
-    pixel_lists: PixelLists,
+    /// Made when a picture is first asked for.
+    pixel_lists: OnceLock<PixelLists>,
     facets: Facets,
     tree: SphereBvh,
     direct: DirectPass,
@@ -94,7 +96,6 @@ impl<'s> Render<'s> {
         let (tree, hit_points) = build_tree(&eye.hit_points, radius);
         let states = Statistics::new(hit_points.len(), radius, settings.policy, settings.precision);
         let facets = Facets::of(&hit_points);
-        let pixel_lists = PixelLists::new(&hit_points, eye.emitted.len(), |h| reflectance(scene, h));
         let batches = batch_means(&settings, eye.emitted.len(), scene.film().width as usize);
         let tree_seconds = watch.lap();
         let direct = DirectPass::new(scene, &hit_points, settings.seed);
@@ -113,7 +114,7 @@ impl<'s> Render<'s> {
             settings,
             hit_points,
             states,
-            pixel_lists,
+            pixel_lists: OnceLock::new(),
             facets,
             tree,
             direct,
@@ -188,6 +189,12 @@ impl<'s> Render<'s> {
         develop::direct_picture(self)
     }
 
+    fn pixel_lists(&self) -> &PixelLists {
+        self.pixel_lists.get_or_init(|| {
+            PixelLists::new(&self.hit_points, self.emitted_light.len(), |h| reflectance(self.scene, h))
+        })
+    }
+
     /// What the set-up found and took.
     pub fn setup(&self) -> &SetupStatistics {
         &self.setup
@@ -237,7 +244,7 @@ impl<'s> Render<'s> {
     pub fn memory_bytes(&self) -> usize {
         size_of_val(&*self.hit_points)
             + self.states.memory_bytes()
-            + self.pixel_lists.memory_bytes()
+            + self.pixel_lists.get().map_or(0, PixelLists::memory_bytes)
             + self.batches.as_ref().map_or(0, BatchMeans::memory_bytes)
             + self.facets.memory_bytes()
             + self.tree.memory_bytes()

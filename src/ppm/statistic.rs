@@ -133,9 +133,9 @@ impl Statistics {
         precision: Precision,
     ) -> Statistics {
         match (policy, precision) {
-            (RadiusPolicy::Tested, _) => Statistics::Tested(vec![TestedState::new(radius); hit_points]),
-            (_, Precision::Double) => Statistics::Double(vec![GatherState::new(radius); hit_points]),
-            (_, Precision::Single) => Statistics::Single(vec![Statistic::new(radius); hit_points]),
+            (RadiusPolicy::Tested, _) => Statistics::Tested(all(hit_points, radius)),
+            (_, Precision::Double) => Statistics::Double(all(hit_points, radius)),
+            (_, Precision::Single) => Statistics::Single(all(hit_points, radius)),
         }
     }
 
@@ -173,6 +173,11 @@ impl Statistics {
             Statistics::Tested(states) => size_of_val(&**states),
         }
     }
+}
+
+/// Written by all cores, each page of memory by one.
+fn all<S: Statistic>(hit_points: usize, radius: f64) -> Vec<S> {
+    (0..hit_points).into_par_iter().map(|_| S::new(radius)).collect()
 }
 
 fn shrink_all(states: &mut [impl Statistic], ratio: f64) {

@@ -40,7 +40,7 @@ impl Layers {
 }
 
 fn mean_radius(render: &Render, pixel: usize) -> f64 {
-    let seen = render.pixel_lists.of(pixel);
+    let seen = render.pixel_lists().of(pixel);
     let sum: f64 = seen.iter().map(|seen| render.states.get(seen.position as usize).radius()).sum();
     sum / seen.len().max(1) as f64
 }

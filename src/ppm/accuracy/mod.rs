@@ -152,14 +152,14 @@ impl<'a> Accuracy<'a> {
     }
 
     fn photons(&self, pixel: usize) -> f64 {
-        let seen = self.render.pixel_lists.of(pixel).iter();
+        let seen = self.render.pixel_lists().of(pixel).iter();
         seen.map(|seen| self.render.states.get(seen.position as usize).photons).sum()
     }
 
     /// Where radii stay as they are, blur cannot be told from light, unless discs are tested for it.
     /// A pixel without a hit point sees no photons, nor does it wait for any.
     fn trusts(&self, pixel: usize, photons: f64) -> bool {
-        photons >= MIN_PHOTONS && self.sees_blur() || self.render.pixel_lists.of(pixel).is_empty()
+        photons >= MIN_PHOTONS && self.sees_blur() || self.render.pixel_lists().of(pixel).is_empty()
     }
 }
 
