@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::ppm::{Forecast, Outlook, PictureError, Render, Settings};
 
 /// The error is estimated anew when there are so many times the passes of the last time.
-const GROWTH: f64 = 1.25;
+const GROWTH: f64 = 1.3;
 
 /// Follows the error of a render, and tells when it is small enough.
 pub struct ErrorWatch {
@@ -101,7 +101,7 @@ impl ErrorWatch {
     }
 }
 
-/// The pass after which to look again: when there are a quarter more, or when the target should be reached.
+/// The pass after which to look again: when there are three tenths more, or when the target should be reached.
 fn next_look(passes: u32, outlook: Option<Outlook>) -> u32 {
     let later = (f64::from(passes) * GROWTH).ceil();
     let expected = outlook.map_or(f64::INFINITY, |outlook| outlook.passes.ceil());
@@ -134,10 +134,10 @@ mod tests {
     #[test]
     fn looks_become_rarer_but_not_past_the_target() {
         assert_eq!(next_look(2, None), 3);
-        assert_eq!(next_look(100, None), 125);
+        assert_eq!(next_look(100, None), 130);
         let expected = |passes| Some(Outlook { passes, seconds: 1.0 });
         assert_eq!(next_look(100, expected(110.2)), 111);
         assert_eq!(next_look(100, expected(90.0)), 101);
-        assert_eq!(next_look(100, expected(1e12)), 125);
+        assert_eq!(next_look(100, expected(1e12)), 130);
     }
 }

@@ -146,6 +146,10 @@ impl<'s> Render<'s> {
         self.shrink_together();
         phases.gather = watch.lap();
         let radius = RadiusRange::of(self.tree.radii());
+        if self.batches.is_some() {
+            // The picture needs them as well: they are no cost of the estimates.
+            self.pixel_lists();
+        }
         watch.lap();
         self.close_batch(radius.mean);
         phases.errors = watch.lap();

@@ -34,7 +34,7 @@ use quantile::{ErrorQuantile, one_sided_normal};
 const MIN_PHOTONS: f64 = 8.0;
 
 /// Pixels that the error of the picture is found from, at least: neighbours tell nearly the same.
-const SAMPLED_PIXELS: usize = 1 << 14;
+const SAMPLED_PIXELS: usize = 1 << 13;
 
 /// Pixels that one task sums; fixed, so that the order of the sum is.
 const CHUNK: usize = 1 << 10;
