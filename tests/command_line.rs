@@ -456,11 +456,11 @@ fn target_error_ends_the_render() {
     let sandbox = Sandbox::new();
     let (scene, picture, json) = (sandbox.small_scene(), sandbox.name("a.exr"), sandbox.name("a.jsonl"));
     let base = ["render", &scene, "-o", &picture, "--radius", "8", "--photons", "5000", "--json", &json];
-    let output = caustica(&[&base[..], &["--target-error", "12%", "--confidence", "90%"]].concat());
+    let output = caustica(&[&base[..], &["--target-error", "4%", "--confidence", "90%"]].concat());
     let message = text(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{message}");
     for word in
-        ["target: relative error", "at most 12.0 % with 90.0 % confidence", "error after", "noise", "bias"]
+        ["target: relative error", "at most 4.00 % with 90.0 % confidence", "error after", "noise", "bias"]
     {
         assert!(message.contains(word), "`{word}` is not in: {message}");
     }
@@ -472,16 +472,16 @@ fn target_error_ends_the_render() {
         .filter(|error| !error.is_null())
         .collect();
     let last = looks.last().unwrap();
-    assert!(last["upper"].as_f64().unwrap() <= 0.12 && looks.len() > 3, "{looks:?}");
+    assert!(last["upper"].as_f64().unwrap() <= 0.04 && looks.len() > 3, "{looks:?}");
     assert!(looks[looks.len() - 2]["outlook"]["passes"].is_f64(), "{looks:?}");
-    assert!(looks[..looks.len() - 1].iter().all(|look| look["upper"].as_f64().unwrap() > 0.12));
+    assert!(looks[..looks.len() - 1].iter().all(|look| look["upper"].as_f64().unwrap() > 0.04));
 }
 
 #[test]
 fn a_target_that_is_missed_is_told() {
     let sandbox = Sandbox::new();
     let (scene, picture) = (sandbox.small_scene(), sandbox.name("a.exr"));
-    let options = ["--photons", "2000", "--passes", "6", "--target-error", "0.1%"];
+    let options = ["--radius", "8", "--photons", "5000", "--passes", "8", "--target-error", "0.1%"];
     let output = caustica(&[&["render", &scene, "-o", &picture][..], &options].concat());
     let message = text(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{message}");

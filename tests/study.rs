@@ -40,7 +40,7 @@ fn a_study_reports_the_same_numbers_in_all_forms() {
     let text_of_page = html.replace("<span>", "").replace("</span>", "");
     let csv = lines(&studio.path("study/study.csv"));
     let curves = report["curves"].as_array().unwrap();
-    assert_eq!(curves.len(), 6, "the baseline, four alphas and path tracing");
+    assert_eq!(curves.len(), 7, "the baseline, four alphas, path tracing and light tracing");
     let points: Vec<&Value> = curves.iter().flat_map(|curve| curve["points"].as_array().unwrap()).collect();
     assert_eq!(csv.len(), 1 + points.len());
     for (point, line) in points.iter().zip(&csv[1..]) {
@@ -56,18 +56,19 @@ fn a_study_reports_the_same_numbers_in_all_forms() {
     let rest = html.replace("http://www.w3.org/2000/svg", "");
     assert!(!rest.contains("http") && !rest.contains("url(") && !rest.contains("src=\"/"));
     assert_eq!(html.matches("<svg").count(), 3, "the front and two axes");
-    assert_eq!(html.matches("data:image/png").count(), 1 + 2 * 6);
+    assert_eq!(html.matches("data:image/png").count(), 1 + 2 * 7);
 }
 
 /// The picture of the command has the very error that the study notes.
 #[test]
 fn every_number_is_made_by_its_command() {
     let studio = Studio::new();
-    studio.study_to_the_end(&["--axes", "method,traversal,sampling", "--repetitions", "1", "--budget", "3"]);
+    let axes = "method,traversal,sampling,policy,precision";
+    studio.study_to_the_end(&["--axes", axes, "--repetitions", "1", "--budget", "6"]);
     let report = json(&studio.path("study/study.json"));
     let reference = read_exr(&studio.path("study/reference.exr")).unwrap();
     let curves = report["curves"].as_array().unwrap();
-    assert_eq!(curves.len(), 5);
+    assert_eq!(curves.len(), 10);
     for curve in curves {
         let point = &curve["points"][2];
         let command = point["command"].as_str().unwrap();

@@ -36,7 +36,7 @@ pub fn desc() -> SceneDesc {
     SceneDesc { film: FilmDesc { width: 8, height: 8 }, ..scene::load(&path).unwrap() }
 }
 
-/// The baseline and path tracing, twice and shortly.
+/// The baseline, path tracing and light tracing, twice and shortly.
 pub fn plan() -> Plan {
     let desc = desc();
     let configurations = configurations(Settings::of_scene(&desc.render), &[Axis::Method]);
