@@ -119,7 +119,7 @@ impl Outputs {
             .with("caustica:sampling", Value::Text(format!("{:?}", settings.sampling).to_lowercase()))
             .with("caustica:traversal", Value::Text(self.traversal.to_string()))
             .with("caustica:seed", Value::Text(settings.seed.to_string()))
-            .with("caustica:eye_seed", Value::Text(settings.eye_seed.unwrap_or(settings.seed).to_string()));
+            .with("caustica:eye_seed", Value::Text(settings.key_of_eye_paths().to_string()));
         let metadata = match self.layers {
             Some(confidence) => metadata.with("caustica:confidence", Value::Double(confidence)),
             None => metadata,

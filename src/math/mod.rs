@@ -1,8 +1,9 @@
-//! Vectors, rays, frames, random numbers and warps: the ground floor, which imports glam alone.
+//! Vectors, rays, frames, random numbers, warps and power laws: the ground floor, which imports glam alone.
 
 mod aabb;
 mod frame;
 mod offset;
+mod power_law;
 mod ray;
 /// Philox, number by number.
 pub mod rng;
@@ -12,6 +13,7 @@ pub use aabb::Aabb;
 pub use frame::Frame;
 pub use glam::{DVec3, Vec2, Vec3, Vec4};
 pub use offset::{RELATIVE_POSITION_ERROR, offset_origin};
+pub use power_law::PowerLaw;
 pub use ray::Ray;
 pub use rng::{Rng, Stream, UNIT, unit_f32};
 

@@ -91,8 +91,7 @@ fn trace_tile(
     for y in top..height.min(top + TILE) {
         for x in left..width.min(left + TILE) {
             let pixel = y * width + x;
-            let mut rng =
-                Rng::new(settings.eye_seed.unwrap_or(settings.seed), Stream::Eye, 0, u64::from(pixel));
+            let mut rng = Rng::new(settings.key_of_eye_paths(), Stream::Eye, 0, u64::from(pixel));
             for position in strata.positions(&mut rng) {
                 let ray = scene.camera().ray(Vec2::new(x as f32, y as f32) + position);
                 fronts.waiting[0].push(ray, Branch { weight, length: 0.0, pixel, depth: 0 });
@@ -263,8 +262,7 @@ mod tests {
         fn trace(scene: &Scene, settings: &Settings) -> Naive {
             let mut naive = Naive { pixels: vec![[0.0; 2]; (SIZE.0 * SIZE.1) as usize], ..Naive::default() };
             for pixel in 0..SIZE.0 * SIZE.1 {
-                let mut rng =
-                    Rng::new(settings.eye_seed.unwrap_or(settings.seed), Stream::Eye, 0, u64::from(pixel));
+                let mut rng = Rng::new(settings.key_of_eye_paths(), Stream::Eye, 0, u64::from(pixel));
                 for position in Strata::new(settings.samples).positions(&mut rng) {
                     let corner = Vec2::new((pixel % SIZE.0) as f32, (pixel / SIZE.0) as f32);
                     let ray = scene.camera().ray(corner + position);

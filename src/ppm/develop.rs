@@ -54,7 +54,7 @@ fn reflected(render: &Render, pixel: usize, irradiance: impl Fn(usize) -> DVec3)
 }
 
 /// The picture of what each pixel is given, computed side by side.
-fn image(render: &Render, of: impl Fn(usize) -> DVec3 + Sync) -> Image {
+pub(super) fn image(render: &Render, of: impl Fn(usize) -> DVec3 + Sync) -> Image {
     let film = render.scene.film();
     let mut image = Image::new(film.width as usize, film.height as usize);
     image.pixels_mut().par_iter_mut().enumerate().for_each(|(pixel, to)| *to = of(pixel).as_vec3());

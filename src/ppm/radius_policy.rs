@@ -77,7 +77,7 @@ mod tests {
     use super::super::evenness::{PARTS, PartSums, TestedState};
     use super::super::{GatherState, PassSum};
     use super::*;
-    use crate::math::{DVec3, Rng, Stream};
+    use crate::math::{DVec3, PowerLaw, Rng, Stream};
 
     /// Photons a unit of area and pass at the hit point; at distance `r` there are `1 + CURVATURE r²` times as many.
     const DENSITY: f64 = 12.0;
@@ -135,16 +135,9 @@ mod tests {
 
     /// `s` in `y ~ passes^s`, from pass 64 on.
     fn slope(values: impl Iterator<Item = f64>) -> f64 {
-        let points: Vec<(f64, f64)> = (0u8..)
-            .zip(values)
-            .skip(6)
-            .map(|(k, y)| (f64::from(k) * std::f64::consts::LN_2, y.ln()))
-            .collect();
-        let n = points.len() as f64;
-        let (x, y) =
-            (points.iter().map(|p| p.0).sum::<f64>() / n, points.iter().map(|p| p.1).sum::<f64>() / n);
-        points.iter().map(|p| (p.0 - x) * (p.1 - y)).sum::<f64>()
-            / points.iter().map(|p| (p.0 - x).powi(2)).sum::<f64>()
+        let points: Vec<(f64, f64)> =
+            (0u8..).zip(values).skip(6).map(|(k, y)| (f64::from(k).exp2(), y)).collect();
+        -PowerLaw::through(&points).unwrap().exponent
     }
 
     /// Variance falls as `N^-α`, squared bias as `N^(-2 (1 - α))`, and at `α = 2/3` both as `N^-2/3`.

@@ -42,6 +42,11 @@ pub struct Settings {
 }
 
 impl Settings {
+    /// The key of the eye paths.
+    pub fn key_of_eye_paths(&self) -> u64 {
+        self.eye_seed.unwrap_or(self.seed)
+    }
+
     /// The settings that a scene asks for, with radii shrunk by hit point, statistics in f64, cosine-weighted bounces, seed 0 and no estimates of the
     /// error.
     pub fn of_scene(render: &RenderDesc) -> Settings {

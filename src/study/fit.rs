@@ -1,40 +1,6 @@
 //! Power laws through measured errors, and what follows from them.
 
-/// A power law `y = factor · x^-exponent`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PowerLaw {
-    /// `y` at `x = 1`.
-    pub factor: f64,
-    /// How fast `y` falls; negative where it grows.
-    pub exponent: f64,
-}
-
-impl PowerLaw {
-    /// The least-squares line through the logarithms of `points`; those that are not positive are left out.
-    ///
-    /// `None` unless there are two different `x`.
-    pub fn through(points: &[(f64, f64)]) -> Option<PowerLaw> {
-        let logs: Vec<(f64, f64)> =
-            points.iter().filter(|(x, y)| *x > 0.0 && *y > 0.0).map(|(x, y)| (x.ln(), y.ln())).collect();
-        let n = logs.len() as f64;
-        let (mean_x, mean_y) =
-            (logs.iter().map(|p| p.0).sum::<f64>() / n, logs.iter().map(|p| p.1).sum::<f64>() / n);
-        let xx: f64 = logs.iter().map(|p| (p.0 - mean_x).powi(2)).sum();
-        let xy: f64 = logs.iter().map(|p| (p.0 - mean_x) * (p.1 - mean_y)).sum();
-        let exponent = -xy / xx;
-        (xx > 1e-12).then(|| PowerLaw { factor: (mean_y + exponent * mean_x).exp(), exponent })
-    }
-
-    /// `y` at `x`.
-    pub fn at(&self, x: f64) -> f64 {
-        self.factor * x.powf(-self.exponent)
-    }
-
-    /// Where `y` is reached; `None` where it never falls that far: the exponent is not positive.
-    pub fn reaches(&self, y: f64) -> Option<f64> {
-        (self.exponent > 0.0).then(|| (self.factor / y).powf(1.0 / self.exponent))
-    }
-}
+use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// By how much `x` grows where a power law `x^-exponent` halves, `2^(1/exponent)`; infinite where it never does.
 pub fn price_of_half(exponent: f64) -> f64 {
@@ -76,15 +42,9 @@ impl Confidence {
     }
 }
 
-/// The quantile 0.975 of Student's distribution of `freedom` degrees of freedom, to 1 %.
+/// The quantile 0.975 of Student's distribution of `freedom` degrees of freedom; infinite where there is none.
 fn student(freedom: usize) -> f64 {
-    const FEW: [f64; 4] = [12.706, 4.303, 3.182, 2.776];
-    // Of Fisher's expansion around the normal quantile.
-    const Z: f64 = 1.959_964;
-    let v = freedom as f64;
-    let expanded =
-        Z + (Z.powi(3) + Z) / (4.0 * v) + (5.0 * Z.powi(5) + 16.0 * Z.powi(3) + 3.0 * Z) / (96.0 * v * v);
-    FEW.get(freedom.wrapping_sub(1)).copied().unwrap_or(expanded)
+    StudentsT::new(0.0, 1.0, freedom as f64).map_or(f64::INFINITY, |student| student.inverse_cdf(0.975))
 }
 
 /// Where a measured curve of ascending `x` first falls to `y`, between its points along a power law.
@@ -117,7 +77,7 @@ pub fn pareto_front(points: &[(f64, f64)]) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::{Rng, Stream};
+    use crate::math::{PowerLaw, Rng, Stream};
     use proptest::prelude::*;
 
     #[test]

@@ -19,7 +19,7 @@ mod testing;
 
 pub use configuration::{Axis, Configuration, Method, Subject, configurations};
 pub use error::StudyError;
-pub use fit::{Confidence, PowerLaw, crossing, pareto_front, price_of_half, tail};
+pub use fit::{Confidence, crossing, pareto_front, price_of_half, tail};
 pub use journal::{Journal, Point, Run};
 pub use measure::{Plan, Watch, measure, picture_path};
 pub use page::{page, prices};

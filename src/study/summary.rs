@@ -2,9 +2,10 @@
 
 use serde::Serialize;
 
-use super::fit::{Confidence, PowerLaw, crossing, price_of_half, tail};
+use super::fit::{Confidence, crossing, price_of_half, tail};
 use super::{Configuration, Method, Run, Subject};
 use crate::bench::timing::Spread;
+use crate::math::PowerLaw;
 use crate::ppm::Settings;
 
 /// A mean and the ends.

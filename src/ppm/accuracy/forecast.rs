@@ -1,6 +1,7 @@
 use serde::Serialize;
 
 use super::PictureError;
+use crate::math::PowerLaw;
 use crate::ppm::RadiusPolicy;
 
 /// The fit looks back to where there were so many times fewer passes: the exponent drifts at first.
@@ -76,16 +77,10 @@ impl Forecast {
     /// Least squares through the logarithms of the latest passes.
     fn noise_exponent(&self) -> Option<f64> {
         let last = self.history.last()?;
-        let recent = || self.history.iter().filter(|point| point.passes * LOOK_BACK >= last.passes);
-        let n = recent().count();
-        if n < MIN_POINTS {
-            return None;
-        }
-        let mean = |of: fn(&Point) -> f64| recent().map(of).sum::<f64>() / n as f64;
-        let (x, y) = (mean(|p| p.passes.ln()), mean(|p| p.noise.ln()));
-        let covariance: f64 = recent().map(|p| (p.passes.ln() - x) * (p.noise.ln() - y)).sum();
-        let variance: f64 = recent().map(|p| (p.passes.ln() - x).powi(2)).sum();
-        Some(-covariance / variance)
+        let recent = self.history.iter().filter(|point| point.passes * LOOK_BACK >= last.passes);
+        let points: Vec<(f64, f64)> = recent.map(|point| (point.passes, point.noise)).collect();
+        let law = PowerLaw::through(&points).filter(|_| points.len() >= MIN_POINTS)?;
+        Some(law.exponent)
     }
 }
 

@@ -1,4 +1,5 @@
 use super::super::Render;
+use super::super::develop::image;
 use super::PixelError;
 use crate::film::Image;
 use crate::math::DVec3;
@@ -20,21 +21,12 @@ pub struct Layers {
 
 impl Layers {
     pub(super) fn of(render: &Render, errors: &[PixelError]) -> Layers {
-        let film = render.scene.film();
-        let (width, height) = (film.width as usize, film.height as usize);
-        let image = |of: &dyn Fn(usize, &PixelError) -> DVec3| {
-            let mut image = Image::new(width, height);
-            for (pixel, (to, error)) in image.pixels_mut().iter_mut().zip(errors).enumerate() {
-                *to = of(pixel, error).as_vec3();
-            }
-            image
-        };
         Layers {
-            stderr: image(&|_, error| error.stderr),
-            bias: image(&|_, error| error.bias),
-            bound: image(&|_, error| error.bound),
-            photons: image(&|_, error| DVec3::splat(error.photons)),
-            radius: image(&|pixel, _| DVec3::splat(mean_radius(render, pixel))),
+            stderr: image(render, |pixel| errors[pixel].stderr),
+            bias: image(render, |pixel| errors[pixel].bias),
+            bound: image(render, |pixel| errors[pixel].bound),
+            photons: image(render, |pixel| DVec3::splat(errors[pixel].photons)),
+            radius: image(render, |pixel| DVec3::splat(mean_radius(render, pixel))),
         }
     }
 }
