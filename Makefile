@@ -6,7 +6,7 @@ CAUSTICA := $(TARGET)/release/caustica
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup build render test lint check-docs bench study accuracy instructions install clean
+.PHONY: help setup build render test lint check-docs hard-cases bench study accuracy instructions install clean
 
 help: ## List these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' Makefile
@@ -36,6 +36,10 @@ lint: setup ## Check format, lints and documentation
 check-docs: setup ## Check that links, targets and sub-commands in the documents exist
 	cargo build --locked
 	scripts/check_docs.py $(TARGET)/debug/caustica
+	scripts/hard_cases.py --check
+
+hard-cases: setup ## Run the hard cases, and write their table into docs/hard-cases.md
+	scripts/hard_cases.py --update
 
 bench: build data/surface.obj ## Measure the photon pass, the gathering and the rays, in a few minutes
 	mkdir -p out

@@ -1,0 +1,1 @@
+//! Glass, water and what light does at them.

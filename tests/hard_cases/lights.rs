@@ -1,0 +1,1 @@
+//! Lights where they should not be, and none at all.

@@ -1,0 +1,1 @@
+//! Rays at edges, vertices and ends.

@@ -1,0 +1,96 @@
+//! Small scenes that hard cases are built into.
+#![allow(dead_code, reason = "every case uses another part")]
+
+use caustica::bsdf::Bsdf;
+use caustica::math::{Rgb, Vec3};
+use caustica::ppm::{PassStatistics, Render, Settings};
+use caustica::scene::{
+    CameraDesc, FilmDesc, Material, Mesh, PointLightDesc, RenderDesc, Scene, SceneDesc, Traversal,
+};
+
+/// Both ways of tracing rays: a case must hold with either.
+pub const TRAVERSALS: [Traversal; 2] = [Traversal::Embree, Traversal::Custom];
+
+pub const GREY: Bsdf = Bsdf::Diffuse { albedo: Rgb::splat(0.5) };
+pub const GLASS: Bsdf = Bsdf::Dielectric { ior: 1.5 };
+pub const MIRROR: Bsdf = Bsdf::Mirror { reflectance: Rgb::ONE };
+
+pub fn dark(name: &str, bsdf: Bsdf) -> Material {
+    Material { name: name.into(), bsdf, emission: Rgb::ZERO }
+}
+
+/// A mesh of one material whose triangles are counterclockwise from the side that their normals point to.
+pub fn mesh(vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>, material: u32) -> Mesh {
+    Mesh {
+        name: "mesh".into(),
+        vertices,
+        normals: None,
+        materials: vec![material; triangles.len()],
+        triangles,
+    }
+}
+
+/// The quad `a b c d`, whose normal is that of `a b c`.
+pub fn quad(corners: [Vec3; 4], material: u32) -> Mesh {
+    mesh(corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]], material)
+}
+
+/// A horizontal square at height `y`, `2 half` wide, whose normal points up.
+pub fn floor(y: f32, half: f32, material: u32) -> Mesh {
+    let corner = |x: f32, z: f32| Vec3::new(x * half, y, z * half);
+    quad([corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)], material)
+}
+
+/// The cube from -1 to 1 with its faces turned inward.
+pub fn inward_cube(material: u32) -> Mesh {
+    let corner = |i: u32| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * 2.0 - 1.0;
+    let quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
+    let triangles = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
+    mesh((0..8).map(corner).collect(), triangles, material)
+}
+
+/// A grey box from -1 to 1 with a point light off its middle, seen from within: material 0 is its walls'.
+pub fn lit_box() -> SceneDesc {
+    SceneDesc {
+        name: "box".into(),
+        path: "box.toml".into(),
+        film: FilmDesc { width: 24, height: 24 },
+        camera: CameraDesc {
+            position: Vec3::new(0.1, 0.2, 0.9),
+            look_at: Vec3::new(0.0, -0.4, -1.0),
+            up: Vec3::Y,
+            fov_degrees: 70.0,
+        },
+        render: RenderDesc {
+            passes: 2,
+            photons: 20_000,
+            samples: 2,
+            alpha: 0.7,
+            radius: Some(0.05),
+            depth: 16,
+        },
+        materials: vec![dark("wall", GREY)],
+        spheres: vec![],
+        meshes: vec![inward_cube(0)],
+        point_lights: vec![PointLightDesc {
+            position: Vec3::new(0.15, 0.55, -0.1),
+            intensity: Rgb::splat(1.0),
+        }],
+        warnings: vec![],
+    }
+}
+
+/// The scene by each of the two ways of tracing rays.
+pub fn by_both_traversals(desc: &SceneDesc) -> [Scene; 2] {
+    TRAVERSALS.map(|traversal| Scene::with_traversal(desc.clone(), traversal).unwrap())
+}
+
+/// Renders the passes that the scene asks for; every photon is accounted for.
+pub fn rendered<'s>(scene: &'s Scene, settings: Settings) -> (Render<'s>, Vec<PassStatistics>) {
+    let mut render = Render::new(scene, settings);
+    let passes = (0..scene.render().passes).map(|_| render.pass()).collect::<Vec<_>>();
+    for pass in &passes {
+        assert!(pass.photons.is_balanced(), "photons unaccounted for: {:?}", pass.photons);
+    }
+    (render, passes)
+}

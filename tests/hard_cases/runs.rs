@@ -1,0 +1,1 @@
+//! Long renders, and what ends them.

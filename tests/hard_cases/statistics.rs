@@ -1,0 +1,1 @@
+//! What hit points keep from pass to pass.

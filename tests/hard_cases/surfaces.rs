@@ -1,0 +1,1 @@
+//! Triangles and normals that are none.

@@ -1,0 +1,1 @@
+//! Light from bounce to bounce, against closed forms.

@@ -1,0 +1,1 @@
+//! The tree over hit points, at its limits.
