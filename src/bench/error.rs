@@ -2,6 +2,7 @@ use thiserror::Error;
 
 use crate::bvh::RayBvhError;
 use crate::embree::EmbreeError;
+use crate::scene::TraversalError;
 
 /// Why a measurement says nothing.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -12,6 +13,9 @@ pub enum BenchError {
     /// The project's own tree could not be built.
     #[error(transparent)]
     Custom(#[from] RayBvhError),
+    /// Neither of them would have the scene.
+    #[error(transparent)]
+    Traversal(#[from] TraversalError),
     /// The k-d tree could not be built.
     #[error("kiddo cannot build its tree: {reason}")]
     Kiddo {

@@ -2,18 +2,22 @@
 //!
 //! - [`pass`]: what does a photon pass cost beyond tracing its rays?
 //! - [`gather`]: does the sphere tree beat Embree's point query, a hash grid and a k-d tree?
+//! - [`leaks`]: do rays slip through closed meshes?
 //! - [`rays`]: which of Embree's ways answers which rays fastest, and what of the project's own tree?
 //!
 //! Each measures in interleaved rounds ([`timing`]), tells its [`machine`], and answers with a report that is
 //! serialisable and turns into a [`crate::report::Page`]. Rivals of the gather must agree on every count, or
 //! the measurement fails; those of the rays tell how often they disagree. Nothing is ever judged by its time.
 
+mod closed_meshes;
 mod error;
 pub mod gather;
 mod gather_page;
 pub mod gather_source;
 mod hash_grid;
 mod kd_tree;
+pub mod leaks;
+mod leaks_page;
 pub mod machine;
 mod morton;
 pub mod pass;

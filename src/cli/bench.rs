@@ -8,6 +8,7 @@ use super::error::{CliError, Outcome};
 use super::{load, use_threads};
 use crate::bench::gather::{self, GatherSettings, Radii};
 use crate::bench::gather_source::{Rendered, Source};
+use crate::bench::leaks;
 use crate::bench::pass::{self, PassSettings};
 use crate::bench::rays::{self, RaySettings};
 use crate::bench::structures::{RIVALS, VARIANTS};
@@ -25,9 +26,21 @@ pub fn run(args: &BenchArgs) -> Result<Outcome, CliError> {
     }
     match &args.pass {
         Some(scene) => run_pass(args, scene),
+        None => run_on_generated_scenes(args),
+    }
+}
+
+fn run_on_generated_scenes(args: &BenchArgs) -> Result<Outcome, CliError> {
+    match args.leaks {
+        Some(rays) => run_leaks(args, rays),
         None if args.rays => run_rays(args),
         None => run_gather(args),
     }
+}
+
+fn run_leaks(args: &BenchArgs, rays: u64) -> Result<Outcome, CliError> {
+    let report = leaks::measure(rays, |mesh| eprintln!("{mesh}"))?;
+    write(args, &report, &report.page())
 }
 
 fn run_pass(args: &BenchArgs, path: &Path) -> Result<Outcome, CliError> {

@@ -18,6 +18,8 @@ pub enum Stream {
     LightTracer,
     /// The light tracer's eye rays, which find the lamps that the camera sees.
     SeenLamps,
+    /// Rays that measurements send into meshes.
+    Probe,
 }
 
 /// A counter-based generator: number `dimension` of `(seed, stream, pass, index)` is a pure function of these five.

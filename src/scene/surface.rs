@@ -1,6 +1,6 @@
 use rayon::prelude::*;
 
-use super::mesh::geometric_normal;
+use super::mesh::{geometric_normal, least_altitude};
 use super::tracer::Hit;
 use super::{Mesh, SphereDesc};
 use crate::bsdf::Event;
@@ -18,15 +18,39 @@ pub(super) enum Surface {
 pub(super) struct Facet {
     ng: Vec3,
     p_error: f32,
+    /// The least barycentric weight of a point.
+    margin: f32,
 }
+
+/// How far points stay from the edges of their triangle, in errors of a point: nearer, the next ray could start behind
+/// the wall on the other side of the edge. Enough where walls meet at 45 degrees or more.
+const EDGE_ERRORS: f32 = 1.0;
+
+/// The largest margin, so that points far from the origin, whose errors are large, stay about where they are.
+const MAX_MARGIN: f32 = 1.0 / 32.0;
 
 impl Facet {
     fn of(corners: [Vec3; 3]) -> Facet {
         let largest = corners.iter().fold(0.0, |m: f32, c| m.max(c.abs().max_element()));
-        // Turns -0 into 0: a frame around the normal turns on it.
-        let ng = geometric_normal(corners).unwrap_or(Vec3::Y) + Vec3::ZERO;
-        Facet { ng, p_error: RELATIVE_POSITION_ERROR * largest }
+        let ng = geometric_normal(corners).unwrap_or(Vec3::Y);
+        let p_error = RELATIVE_POSITION_ERROR * largest;
+        Facet { ng, p_error, margin: (EDGE_ERRORS * p_error / least_altitude(corners)).min(MAX_MARGIN) }
     }
+
+    /// The weights of the second and third corner, moved where they do not keep the margin.
+    #[inline(always)]
+    fn keep_margin(&self, u: f32, v: f32) -> (f32, f32) {
+        let least = u.min(v).min(1.0 - u - v);
+        if least >= self.margin { (u, v) } else { towards_centroid(u, v, least, self.margin) }
+    }
+}
+
+/// Moves a point whose least weight is `least` towards the centroid until that is `margin`.
+#[cold]
+fn towards_centroid(u: f32, v: f32, least: f32, margin: f32) -> (f32, f32) {
+    const CENTRE: f32 = 1.0 / 3.0;
+    let share = ((margin - least) / (CENTRE - least)).clamp(0.0, 1.0);
+    (u + share * (CENTRE - u), v + share * (CENTRE - v))
 }
 
 /// Where and how a surface was hit.
@@ -77,11 +101,12 @@ impl Surface {
 #[inline(always)]
 fn on_triangle(mesh: &Mesh, facet: &Facet, hit: &Hit) -> Geometry {
     let triangle = mesh.triangles[hit.primitive as usize];
+    let (u, v) = facet.keep_margin(hit.u, hit.v);
     let weigh = |of: &[Vec3]| {
         let [a, b, c] = triangle.map(|i| of[i as usize]);
-        (1.0 - hit.u - hit.v) * a + hit.u * b + hit.v * c
+        (1.0 - u - v) * a + u * b + v * c
     };
-    let Facet { ng, p_error } = *facet;
+    let Facet { ng, p_error, .. } = *facet;
     let ns = mesh.normals.as_ref().and_then(|normals| weigh(normals).try_normalize());
     Geometry {
         p: weigh(&mesh.vertices),
