@@ -29,6 +29,7 @@ mod ledger;
 pub mod photon_pass;
 mod pixel_lists;
 mod radius;
+mod radius_floor;
 mod radius_policy;
 mod settings;
 mod statistic;
@@ -61,6 +62,7 @@ use crate::math::Rgb;
 use crate::scene::Scene;
 use accuracy::{BatchMeans, sampling_step};
 use pixel_lists::PixelLists;
+use radius_floor::RadiusFloor;
 use statistic::Statistics;
 use statistics::Stopwatch;
 
@@ -74,6 +76,7 @@ pub struct Render<'s> {
     /// Made when a picture is first asked for.
     pixel_lists: OnceLock<PixelLists>,
     facets: Facets,
+    radius_floor: RadiusFloor,
     tree: SphereBvh,
     direct: DirectPass,
     photon_pass: PhotonPass,
@@ -93,9 +96,11 @@ impl<'s> Render<'s> {
         let eye = camera_pass::trace(scene, &settings);
         let eye_seconds = watch.lap();
         let radius = settings.radius.unwrap_or_else(|| automatic_radius(&eye.hit_points));
-        let (tree, hit_points) = build_tree(&eye.hit_points, radius);
-        let states = Statistics::new(hit_points.len(), radius, settings.policy, settings.precision);
+        let (mut tree, hit_points) = build_tree(&eye.hit_points, radius);
+        let mut states = Statistics::new(hit_points.len(), radius, settings.policy, settings.precision);
         let facets = Facets::of(&hit_points);
+        let radius_floor = RadiusFloor::of(&hit_points);
+        radius_floor.apply(&hit_points, &mut states, &mut tree);
         let batches = batch_means(&settings, eye.emitted.len(), scene.film().width as usize);
         let tree_seconds = watch.lap();
         let direct = DirectPass::new(scene, &hit_points, settings.seed);
@@ -116,6 +121,7 @@ impl<'s> Render<'s> {
             states,
             pixel_lists: OnceLock::new(),
             facets,
+            radius_floor,
             tree,
             direct,
             photon_pass: PhotonPass::default(),
@@ -145,7 +151,7 @@ impl<'s> Render<'s> {
         self.passes += 1;
         self.shrink_together();
         phases.gather = watch.lap();
-        let radius = RadiusRange::of(self.tree.radii());
+        let radius = self.radius_floor.apply(&self.hit_points, &mut self.states, &mut self.tree);
         if self.batches.is_some() {
             // The picture needs them as well: they are no cost of the estimates.
             self.pixel_lists();

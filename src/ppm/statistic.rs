@@ -165,6 +165,15 @@ impl Statistics {
         }
     }
 
+    /// Raises radii to `floor(position)` where they are below it. How many are as small as that.
+    pub(super) fn raise(&mut self, floor: impl Fn(usize) -> f64 + Sync) -> u64 {
+        match self {
+            Statistics::Double(states) => raise_all(states, floor),
+            Statistics::Single(states) => raise_all(states, floor),
+            Statistics::Tested(states) => raise_all(states, floor),
+        }
+    }
+
     /// Heap memory, in bytes.
     pub(super) fn memory_bytes(&self) -> usize {
         match self {
@@ -182,4 +191,18 @@ fn all<S: Statistic>(hit_points: usize, radius: f64) -> Vec<S> {
 
 fn shrink_all(states: &mut [impl Statistic], ratio: f64) {
     states.par_iter_mut().for_each(|state| state.shrink(ratio));
+}
+
+/// A radius that was raised differs from its floor by no more than rounding.
+const ROUNDING: f64 = 1e-6;
+
+fn raise_all(states: &mut [impl Statistic], floor: impl Fn(usize) -> f64 + Sync) -> u64 {
+    let raise = |(position, state): (usize, &mut _)| {
+        let ratio = floor(position) / Statistic::state(state).radius();
+        if ratio > 1.0 {
+            Statistic::shrink(state, ratio * ratio);
+        }
+        u64::from(ratio > 1.0 - ROUNDING)
+    };
+    states.par_iter_mut().enumerate().map(raise).sum()
 }

@@ -57,6 +57,8 @@ pub struct RadiusRange {
     pub mean: f64,
     /// The largest.
     pub max: f64,
+    /// How many are as small as the coordinates of their hit points allow, and shrink no more.
+    pub floored: u64,
 }
 
 /// What a pass did.
@@ -119,11 +121,11 @@ fn range_and_sum(radii: &[f32]) -> RadiusRange {
     let min = radii.iter().copied().fold(f32::INFINITY, f32::min);
     let max = radii.iter().copied().fold(0.0, f32::max);
     let sum = radii.iter().map(|&r| f64::from(r)).sum();
-    RadiusRange { min: min.into(), mean: sum, max: max.into() }
+    RadiusRange { min: min.into(), mean: sum, max: max.into(), floored: 0 }
 }
 
 fn combine(a: RadiusRange, b: RadiusRange) -> RadiusRange {
-    RadiusRange { min: a.min.min(b.min), mean: a.mean + b.mean, max: a.max.max(b.max) }
+    RadiusRange { min: a.min.min(b.min), mean: a.mean + b.mean, max: a.max.max(b.max), floored: 0 }
 }
 
 impl Render<'_> {
