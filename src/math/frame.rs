@@ -14,10 +14,13 @@ pub struct Frame {
 impl Frame {
     /// The frame around the unit vector `normal`, without a branch at the poles.
     ///
+    /// Every field of frames jumps somewhere. This one does where `z = -1/2`, away from the axes, so that a wall along
+    /// them keeps its frame, and with it the paths of its photons, whatever the last bits of its normal are.
+    ///
     /// # Source
     /// Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017.
     pub fn around(normal: Vec3) -> Frame {
-        let sign = 1f32.copysign(normal.z);
+        let sign = 1f32.copysign(normal.z + 0.5);
         let a = -1.0 / (sign + normal.z);
         let b = normal.x * normal.y * a;
         Frame {

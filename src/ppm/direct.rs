@@ -12,18 +12,23 @@ pub struct DirectPass {
     from_points: Vec<Rgb>,
     /// Sums over passes; empty where no light has an area.
     from_areas: Vec<DVec3>,
+    /// Whose random numbers each hit point draws; empty where none are drawn.
+    keys: Vec<u32>,
     passes: u32,
     rays: u64,
 }
 
 impl DirectPass {
     /// Casts the shadow rays to all point lights, and the first one to the area lights.
-    pub fn new(scene: &Scene, hit_points: &[HitPoint], seed: u64) -> DirectPass {
+    ///
+    /// Hit point `k` draws random numbers of its own by `keys[k]`, not by its place, which rounding may change.
+    pub fn new(scene: &Scene, hit_points: &[HitPoint], keys: Vec<u32>, seed: u64) -> DirectPass {
         let exact: Vec<_> = hit_points.par_iter().map(|h| scene.direct_from_points(&h.receiver)).collect();
         let areas = if scene.lights().any_area() { hit_points.len() } else { 0 };
         let mut direct = DirectPass {
             from_points: exact.iter().map(|d| d.irradiance).collect(),
             from_areas: vec![DVec3::ZERO; areas],
+            keys: if areas > 0 { keys } else { Vec::new() },
             passes: 0,
             rays: exact.iter().map(|d| u64::from(d.shadow_rays)).sum(),
         };
@@ -38,9 +43,9 @@ impl DirectPass {
             .from_areas
             .par_iter_mut()
             .zip(hit_points)
-            .enumerate()
-            .map(|(index, (sum, hit_point))| {
-                let mut rng = generator(seed, pass, index);
+            .zip(&self.keys)
+            .map(|((sum, hit_point), &key)| {
+                let mut rng = generator(seed, pass, key);
                 let sample = scene.direct_from_areas(&hit_point.receiver, &mut rng);
                 *sum += sample.irradiance.as_dvec3();
                 u64::from(sample.shadow_rays)
@@ -50,13 +55,13 @@ impl DirectPass {
         self.passes += 1;
     }
 
-    /// The shadow rays that [`DirectPass::new`] casts, hit point by hit point.
+    /// The shadow rays that [`DirectPass::new`] casts, hit point by hit point, each keyed by its place.
     pub fn record_rays(scene: &Scene, hit_points: &[HitPoint], seed: u64) -> Vec<Ray> {
-        let rays = |(index, hit_point): (usize, &HitPoint)| {
-            let mut rng = generator(seed, 0, index);
+        let rays = |(key, hit_point): (u32, &HitPoint)| {
+            let mut rng = generator(seed, 0, key);
             scene.shadow_rays(&hit_point.receiver, &mut rng).collect::<Vec<_>>()
         };
-        hit_points.par_iter().enumerate().flat_map_iter(rays).collect()
+        (0..hit_points.len() as u32).into_par_iter().zip(hit_points).flat_map_iter(rays).collect()
     }
 
     /// The direct irradiance at hit point `index` (W/m²).
@@ -81,12 +86,12 @@ impl DirectPass {
 
     /// Heap memory, in bytes.
     pub fn memory_bytes(&self) -> usize {
-        size_of_val(&*self.from_points) + size_of_val(&*self.from_areas)
+        size_of_val(&*self.from_points) + size_of_val(&*self.from_areas) + size_of_val(&*self.keys)
     }
 }
 
-fn generator(seed: u64, pass: u32, hit_point: usize) -> Rng {
-    Rng::new(seed, Stream::DirectLight, pass, hit_point as u64)
+fn generator(seed: u64, pass: u32, key: u32) -> Rng {
+    Rng::new(seed, Stream::DirectLight, pass, key.into())
 }
 
 #[cfg(test)]
@@ -107,7 +112,7 @@ mod tests {
             let settings = Settings { samples: 1, ..Settings::of_scene(scene.render()) };
             let hit_points: Vec<HitPoint> =
                 camera_pass::trace(&scene, &settings).hit_points.iter().copied().collect();
-            let direct = DirectPass::new(&scene, &hit_points, 3);
+            let direct = DirectPass::new(&scene, &hit_points, (0..hit_points.len() as u32).collect(), 3);
             let rays = DirectPass::record_rays(&scene, &hit_points, 3);
             assert_eq!(rays.len() as u64, direct.rays());
             let free = rays.iter().filter(|ray| !scene.occluded(ray)).count();

@@ -1,11 +1,10 @@
 use super::evenness::{PARTS, PartSums};
 use crate::math::{Rgb, mean};
-use crate::simd::{LANES, LaneVec3, Lanes, Mask};
+use crate::simd::{LANES, LaneFrame, LaneVec3, Lanes, Mask};
 
 /// Where in the discs of up to sixteen hit points the photons of a pass lie; see [`PartSums`].
 pub(super) struct LaneParts<L: Lanes> {
-    tangent: LaneVec3<L>,
-    bitangent: LaneVec3<L>,
+    frame: LaneFrame<L>,
     flux: [L::F64; PARTS],
     squares: L::F64,
 }
@@ -20,22 +19,8 @@ impl<L: Lanes> LaneParts<L> {
     /// Quadrants are told in [`Frame::around`](crate::math::Frame::around) the normals.
     #[inline(always)]
     pub(super) fn zero(lanes: L, ng: LaneVec3<L>) -> LaneParts<L> {
-        let (zero, one) = (lanes.splat(0.0), lanes.splat(1.0));
-        let sign = lanes.select(lanes.lt(ng.z, zero), lanes.splat(-1.0), one);
-        let a = lanes.div(lanes.splat(-1.0), lanes.add(sign, ng.z));
-        let b = lanes.mul(lanes.mul(ng.x, ng.y), a);
-        let sign_x = lanes.mul(sign, ng.x);
-        let tangent = LaneVec3 {
-            x: lanes.add(one, lanes.mul(lanes.mul(sign_x, ng.x), a)),
-            y: lanes.mul(sign, b),
-            z: lanes.sub(zero, sign_x),
-        };
-        let bitangent = LaneVec3 {
-            x: b,
-            y: lanes.add(sign, lanes.mul(lanes.mul(ng.y, ng.y), a)),
-            z: lanes.sub(zero, ng.y),
-        };
-        LaneParts { tangent, bitangent, flux: [lanes.zero_f64(); PARTS], squares: lanes.zero_f64() }
+        let frame = LaneFrame::around(lanes, ng);
+        LaneParts { frame, flux: [lanes.zero_f64(); PARTS], squares: lanes.zero_f64() }
     }
 
     /// Adds a photon to the hit points of `accepted`; `inner` is where it lies in the inner half of the area.
@@ -50,8 +35,8 @@ impl<L: Lanes> LaneParts<L> {
         response: Option<L::F32>,
     ) {
         let zero = lanes.splat(0.0);
-        let right = lanes.lt(offset.dot(lanes, self.tangent), zero);
-        let upper = lanes.lt(offset.dot(lanes, self.bitangent), zero);
+        let right = lanes.lt(offset.dot(lanes, self.frame.tangent), zero);
+        let upper = lanes.lt(offset.dot(lanes, self.frame.bitangent), zero);
         let flux = lanes.splat(mean(power));
         let flux = match response {
             Some(response) => lanes.mul(response, flux),

@@ -96,14 +96,14 @@ impl<'s> Render<'s> {
         let eye = camera_pass::trace(scene, &settings);
         let eye_seconds = watch.lap();
         let radius = settings.radius.unwrap_or_else(|| automatic_radius(&eye.hit_points));
-        let (mut tree, hit_points) = build_tree(&eye.hit_points, radius);
+        let (mut tree, hit_points, order) = build_tree(&eye.hit_points, radius);
         let mut states = Statistics::new(hit_points.len(), radius, settings.policy, settings.precision);
         let facets = Facets::of(&hit_points);
         let radius_floor = RadiusFloor::of(&hit_points);
         radius_floor.apply(&hit_points, &mut states, &mut tree);
         let batches = batch_means(&settings, eye.emitted.len(), scene.film().width as usize);
         let tree_seconds = watch.lap();
-        let direct = DirectPass::new(scene, &hit_points, settings.seed);
+        let direct = DirectPass::new(scene, &hit_points, order, settings.seed);
         let setup = SetupStatistics {
             hit_points: hit_points.len() as u64,
             eye_rays: eye.rays,
@@ -277,11 +277,11 @@ fn reflectance(scene: &Scene, hit_point: &HitPoint) -> Rgb {
     hit_point.weight * scene.materials()[hit_point.material as usize].bsdf.albedo() / PI
 }
 
-/// The tree over spheres of the given radius, and the hit points in its order.
-fn build_tree(hit_points: &HitPoints, radius: f64) -> (SphereBvh, Vec<HitPoint>) {
+/// The tree over spheres of the given radius, the hit points in its order, and their indices before.
+fn build_tree(hit_points: &HitPoints, radius: f64) -> (SphereBvh, Vec<HitPoint>, Vec<u32>) {
     let radius = radius as f32;
     let spheres = hit_points.map(|h| Sphere { center: h.receiver.p, radius });
     let (tree, order) = SphereBvh::build(&spheres);
     let ordered = order.par_iter().map(|&index| *hit_points.get(index as usize)).collect();
-    (tree, ordered)
+    (tree, ordered, order)
 }

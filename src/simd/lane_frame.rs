@@ -3,9 +3,12 @@ use super::{LaneVec3, Lanes};
 /// Sixteen frames: [`crate::math::Frame`] in lanes, bit by bit.
 #[derive(Clone, Copy)]
 pub struct LaneFrame<L: Lanes> {
-    tangent: LaneVec3<L>,
-    bitangent: LaneVec3<L>,
-    normal: LaneVec3<L>,
+    /// Local x.
+    pub tangent: LaneVec3<L>,
+    /// Local y.
+    pub bitangent: LaneVec3<L>,
+    /// Local z.
+    pub normal: LaneVec3<L>,
 }
 
 impl<L: Lanes> LaneFrame<L> {
@@ -14,7 +17,7 @@ impl<L: Lanes> LaneFrame<L> {
     pub fn around(lanes: L, normal: LaneVec3<L>) -> LaneFrame<L> {
         let LaneVec3 { x, y, z } = normal;
         let (one, minus_one) = (lanes.splat(1.0), lanes.splat(-1.0));
-        let sign = lanes.copysign(one, z);
+        let sign = lanes.copysign(one, lanes.add(z, lanes.splat(0.5)));
         let a = lanes.div(minus_one, lanes.add(sign, z));
         let b = lanes.mul(lanes.mul(x, y), a);
         let xx = lanes.mul(lanes.mul(lanes.mul(sign, x), x), a);
