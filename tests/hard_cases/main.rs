@@ -11,6 +11,7 @@
 mod common;
 mod rooms;
 
+mod glass;
 mod interfaces;
 mod lights;
 mod meshes;

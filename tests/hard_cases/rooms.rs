@@ -5,7 +5,7 @@ use caustica::bsdf::Bsdf;
 use caustica::math::{Rgb, Vec3};
 use caustica::ppm::{PassStatistics, Render, Settings};
 use caustica::scene::{
-    CameraDesc, FilmDesc, Material, Mesh, PointLightDesc, RenderDesc, Scene, SceneDesc, Traversal,
+    CameraDesc, FilmDesc, Material, Mesh, PointLightDesc, RenderDesc, Scene, SceneDesc, SphereDesc, Traversal,
 };
 
 /// Both ways of tracing rays: a case must hold with either.
@@ -39,6 +39,13 @@ pub fn quad(corners: [Vec3; 4], material: u32) -> Mesh {
 pub fn floor(y: f32, half: f32, material: u32) -> Mesh {
     let corner = |x: f32, z: f32| Vec3::new(x * half, y, z * half);
     quad([corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)], material)
+}
+
+/// The same with its normal down.
+pub fn ceiling(y: f32, half: f32, material: u32) -> Mesh {
+    let mut mesh = floor(y, half, material);
+    mesh.triangles.iter_mut().for_each(|corners| corners.reverse());
+    mesh
 }
 
 /// The cube from -1 to 1 with its faces turned inward.
@@ -93,4 +100,44 @@ pub fn rendered<'s>(scene: &'s Scene, settings: Settings) -> (Render<'s>, Vec<Pa
         assert!(pass.photons.is_balanced(), "photons unaccounted for: {:?}", pass.photons);
     }
     (render, passes)
+}
+
+/// The scene `scale` times as large, then moved by `shift`, with lights that leave every radiance as it was.
+pub fn moved(mut desc: SceneDesc, scale: f32, shift: Vec3) -> SceneDesc {
+    let place = |p: &mut Vec3| *p = *p * scale + shift;
+    desc.meshes.iter_mut().flat_map(|m| &mut m.vertices).for_each(place);
+    for sphere in &mut desc.spheres {
+        place(&mut sphere.center);
+        sphere.radius *= scale;
+    }
+    for light in &mut desc.point_lights {
+        place(&mut light.position);
+        light.intensity *= scale * scale;
+    }
+    place(&mut desc.camera.position);
+    place(&mut desc.camera.look_at);
+    desc.render.radius = desc.render.radius.map(|radius| radius * f64::from(scale));
+    desc
+}
+
+/// [`lit_box`] with a glass ball, a mirror, a lamp of some size and a surface whose normals are smoothed.
+pub fn furnished_box() -> SceneDesc {
+    let mut desc = lit_box();
+    desc.materials.extend([dark("glass", GLASS), dark("mirror", MIRROR)]);
+    desc.materials.push(Material {
+        name: "lamp".into(),
+        bsdf: Bsdf::Diffuse { albedo: Rgb::ZERO },
+        emission: Rgb::splat(2.0),
+    });
+    desc.spheres.push(SphereDesc { center: Vec3::new(-0.35, -0.6, -0.3), radius: 0.3, material: 1 });
+    let [a, b] = [Vec3::new(0.3, -0.9, -0.6), Vec3::new(0.8, -0.9, -0.2)];
+    desc.meshes.push(quad([a, b, b + 1.2 * Vec3::Y, a + 1.2 * Vec3::Y], 2));
+    desc.meshes.push(ceiling(0.95, 0.25, 3));
+    let ridge = [Vec3::new(-0.9, -0.8, 0.4), Vec3::new(-0.3, -0.5, 0.4), Vec3::new(0.3, -0.8, 0.4)];
+    let ends = ridge.iter().flat_map(|&p| [p, p - 0.5 * Vec3::Z]).collect();
+    let mut tent = mesh(ends, vec![[0, 2, 1], [2, 3, 1], [2, 4, 3], [4, 5, 3]], 0);
+    let leaning = |x: f32| Vec3::new(x, 1.0, 0.0).normalize();
+    tent.normals = Some([-0.5, -0.5, 0.0, 0.0, 0.5, 0.5].map(leaning).to_vec());
+    desc.meshes.push(tent);
+    desc
 }
