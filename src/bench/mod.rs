@@ -3,6 +3,7 @@
 //! - [`pass`]: what does a photon pass cost beyond tracing its rays?
 //! - [`gather`]: does the sphere tree beat Embree's point query, a hash grid and a k-d tree?
 //! - [`leaks`]: do rays slip through closed meshes?
+//! - [`numerics`]: what does precision buy?
 //! - [`rays`]: which of Embree's ways answers which rays fastest, and what of the project's own tree?
 //!
 //! Each measures in interleaved rounds ([`timing`]), tells its [`machine`], and answers with a report that is
@@ -20,6 +21,7 @@ pub mod leaks;
 mod leaks_page;
 pub mod machine;
 mod morton;
+pub mod numerics;
 pub mod pass;
 pub mod ray_engines;
 pub mod ray_scenes;

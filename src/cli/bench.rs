@@ -9,6 +9,7 @@ use super::{load, use_threads};
 use crate::bench::gather::{self, GatherSettings, Radii};
 use crate::bench::gather_source::{Rendered, Source};
 use crate::bench::leaks;
+use crate::bench::numerics;
 use crate::bench::pass::{self, PassSettings};
 use crate::bench::rays::{self, RaySettings};
 use crate::bench::structures::{RIVALS, VARIANTS};
@@ -31,15 +32,21 @@ pub fn run(args: &BenchArgs) -> Result<Outcome, CliError> {
 }
 
 fn run_on_generated_scenes(args: &BenchArgs) -> Result<Outcome, CliError> {
-    match args.leaks {
-        Some(rays) => run_leaks(args, rays),
-        None if args.rays => run_rays(args),
-        None => run_gather(args),
+    match (args.leaks, args.numerics) {
+        (Some(rays), _) => run_leaks(args, rays),
+        (_, Some(passes)) => run_numerics(args, passes),
+        _ if args.rays => run_rays(args),
+        _ => run_gather(args),
     }
 }
 
 fn run_leaks(args: &BenchArgs, rays: u64) -> Result<Outcome, CliError> {
     let report = leaks::measure(rays, |mesh| eprintln!("{mesh}"))?;
+    write(args, &report, &report.page())
+}
+
+fn run_numerics(args: &BenchArgs, passes: u32) -> Result<Outcome, CliError> {
+    let report = numerics::measure(passes)?;
     write(args, &report, &report.page())
 }
 
