@@ -27,7 +27,8 @@ pub fn reflect(wo: Vec3) -> Vec3 {
 pub fn refract(wo: Vec3, ior: f32) -> Option<Refraction> {
     let eta = if wo.z > 0.0 { ior } else { ior.recip() };
     let cos2_t = 1.0 - (1.0 - wo.z * wo.z).max(0.0) / (eta * eta);
-    if cos2_t <= 0.0 {
+    // Where eta² is too small for a number, 0/0 is total internal reflection as well.
+    if cos2_t.is_nan() || cos2_t <= 0.0 {
         return None;
     }
     let z = -cos2_t.sqrt().copysign(wo.z);
