@@ -2,20 +2,31 @@
 
 use super::draws::Draws;
 use super::flights::{FlightPacket, Flights, LaneFlights};
+use super::lane_flux::LaneFlux;
 use crate::math::{Ray, Rgb};
 use crate::scene::{Row, SurfacePacket};
-use crate::simd::{Kernel, LaneFrame, LaneVec3, Lanes, Mask, warp};
+use crate::simd::{Kernel, LaneFrame, LaneVec3, Lanes, Mask, first_lanes, warp};
 
 /// Sends the photons of a packet on from Lambertian surfaces, joins those that go on from others, and drops what has no
 /// power.
-///
-/// Returns how they arrived, who goes on, and who of those is dropped for want of power.
 pub(super) struct DiffuseBounce<'a> {
     pub photons: &'a FlightPacket,
     pub surfaces: &'a SurfacePacket,
     pub draws: Draws,
     pub specials: &'a Specials,
     pub next: &'a mut Flights,
+    pub flux: &'a mut LaneFlux,
+}
+
+/// What became of the photons of a packet.
+pub(super) struct Bounced {
+    pub arrivals: Arrivals,
+    /// Who goes on, by roulette.
+    pub survivors: Mask,
+    /// Who of those is dropped for want of power.
+    pub dark: Mask,
+    /// Whose power is no finite number any more.
+    pub lost: Mask,
 }
 
 /// Photons that go on from surfaces that are not Lambertian: in the lanes of the mask.
@@ -54,11 +65,12 @@ impl Specials {
 }
 
 impl Kernel for DiffuseBounce<'_> {
-    type Output = (Arrivals, Mask, Mask);
+    type Output = Bounced;
 
     #[inline(always)]
-    fn run<L: Lanes>(self, lanes: L) -> (Arrivals, Mask, Mask) {
-        let DiffuseBounce { photons, surfaces, draws, specials, next } = self;
+    fn run<L: Lanes>(self, lanes: L) -> Bounced {
+        let DiffuseBounce { photons, surfaces, draws, specials, next, flux } = self;
+        let (all, found) = (first_lanes(photons.rays.len), surfaces.found);
         let photons = photons.load(lanes);
         let arrival = Arrival::new(lanes, photons.dir, surfaces);
         let (mut onward, survivors) = bounce(lanes, &photons, surfaces, &arrival, draws);
@@ -67,9 +79,12 @@ impl Kernel for DiffuseBounce<'_> {
             onward = onward.or(lanes, !specials.lanes, &specials.flights.load(lanes));
             survivors |= specials.lanes;
         }
-        let bright = onward.have_power(lanes);
-        next.push(lanes, survivors & bright, &onward);
-        (arrival.to_arrays(lanes, surfaces.found), survivors, survivors & !bright)
+        let lost = survivors & !onward.are_finite(lanes);
+        let dark = survivors & !onward.have_power(lanes) | lost;
+        next.push(lanes, survivors & !dark, &onward);
+        flux.land(lanes, found & !lost, photons.power, arrival.albedo);
+        flux.escape(lanes, all & !found, photons.power);
+        Bounced { arrivals: arrival.to_arrays(lanes, found), survivors, dark, lost }
     }
 }
 

@@ -26,7 +26,7 @@ impl Kernel for Emission<'_> {
         let [d, ..] = self.draws.in_lanes(lanes, path, 1);
         let LaneEmission { origin, dir, power } = self.lights.sample_emissions(lanes, choice, [a, b, c, d]);
         let flights = LaneFlights { origin, dir, power, path };
-        let bright = flights.have_power(lanes);
+        let bright = flights.have_power(lanes) & flights.are_finite(lanes);
         self.flights.push(lanes, self.mask & bright, &flights);
         self.mask & !bright
     }

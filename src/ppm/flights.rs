@@ -61,6 +61,11 @@ impl Flights {
         self.len
     }
 
+    /// The power of all, in columns of one length.
+    pub fn powers(&self) -> [&[f32]; 3] {
+        self.power.each_ref().map(|column| &column[..self.len])
+    }
+
     /// Adds the lanes of `mask`, in their order.
     #[inline(always)]
     pub fn push<L: Lanes>(&mut self, lanes: L, mask: Mask, flights: &LaneFlights<L>) {
@@ -179,15 +184,21 @@ impl<L: Lanes> LaneFlights<L> {
         }
     }
 
-    /// Who carries some power, and none that is no number.
+    /// Who carries some power.
     #[inline(always)]
     pub fn have_power(&self, lanes: L) -> Mask {
         let LaneVec3 { x, y, z } = self.power;
-        let (zero, one, most) = (lanes.splat(0.0), lanes.splat(1.0), lanes.splat(f32::MAX));
-        let some = lanes.lt(zero, x) | lanes.lt(zero, y) | lanes.lt(zero, z);
-        let finite = lanes.le(lanes.copysign(x, one), most)
+        let zero = lanes.splat(0.0);
+        lanes.lt(zero, x) | lanes.lt(zero, y) | lanes.lt(zero, z)
+    }
+
+    /// Whose power is a finite number.
+    #[inline(always)]
+    pub fn are_finite(&self, lanes: L) -> Mask {
+        let LaneVec3 { x, y, z } = self.power;
+        let (one, most) = (lanes.splat(1.0), lanes.splat(f32::MAX));
+        lanes.le(lanes.copysign(x, one), most)
             & lanes.le(lanes.copysign(y, one), most)
-            & lanes.le(lanes.copysign(z, one), most);
-        some & finite
+            & lanes.le(lanes.copysign(z, one), most)
     }
 }

@@ -1,7 +1,9 @@
 use serde::Serialize;
 
+use super::FluxLedger;
+
 /// Where the photons of a pass went. Every photon emitted ends in exactly one of the four ways below it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Ledger {
     /// Photons emitted: the count that flux is normalised by.
     pub emitted: u64,
@@ -17,6 +19,8 @@ pub struct Ledger {
     pub rays: u64,
     /// Places where a photon was stored on a diffuse surface.
     pub deposited: u64,
+    /// What they carried.
+    pub flux: FluxLedger,
 }
 
 impl Ledger {
@@ -30,11 +34,13 @@ impl Ledger {
             dropped: self.dropped + other.dropped,
             rays: self.rays + other.rays,
             deposited: self.deposited + other.deposited,
+            flux: self.flux.plus(other.flux),
         }
     }
 
-    /// Whether every photon is accounted for.
+    /// Whether every photon is accounted for, and the flux of all; see [`FluxLedger::is_balanced`].
     pub fn is_balanced(&self) -> bool {
-        self.emitted == self.absorbed + self.escaped + self.terminated + self.dropped
+        let ended = self.absorbed + self.escaped + self.terminated + self.dropped;
+        self.emitted == ended && self.flux.is_balanced(self.emitted)
     }
 }

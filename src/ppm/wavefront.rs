@@ -2,14 +2,15 @@
 
 use std::ops::Range;
 
-use super::diffuse_bounce::{Arrivals, DiffuseBounce, Specials};
+use super::diffuse_bounce::{Arrivals, Bounced, DiffuseBounce, Specials};
 use super::draws::Draws;
 use super::emission::Emission;
 use super::flights::{FlightPacket, Flights, at};
+use super::lane_flux::{LaneFlux, PowerOf};
 use super::photon_pass::PhotonChunk;
-use super::{Photon, Settings};
-use crate::bsdf::{Choice, DiffuseSampling, Event, Scattering, Transport, sample_diffuse};
-use crate::math::{Frame, Ray, Rgb, Rng, Vec3};
+use super::{FluxLedger, Photon, Settings};
+use crate::bsdf::{Choice, DiffuseSampling, Event, Scattering, SpecularLobe, Transport, sample_diffuse};
+use crate::math::{DVec3, Frame, Ray, Rgb, Rng, Vec3};
 use crate::scene::{Coherence, HitPacket, RayPacket, Scene, SurfaceHit, SurfacePacket};
 use crate::simd::{Isa, LANES, Mask, first_lanes};
 
@@ -37,6 +38,8 @@ struct Packet {
     hits: HitPacket,
     surfaces: SurfacePacket,
     specials: Specials,
+    /// Of all packets of a chunk.
+    flux: LaneFlux,
 }
 
 impl Default for Packet {
@@ -46,6 +49,7 @@ impl Default for Packet {
             hits: HitPacket::none(),
             surfaces: SurfacePacket::NONE,
             specials: Specials::NONE,
+            flux: LaneFlux::ZERO,
         }
     }
 }
@@ -72,13 +76,15 @@ impl Wavefront {
         let first = paths.start;
         let draws = |segment| Draws { seed: course.settings.seed, pass: course.pass, first, segment };
         self.emit(course, paths, draws(0), chunk);
-        for segment in 1..=MAX_SEGMENTS {
-            if self.flights.len() == 0 {
-                return;
-            }
+        let mut segment = 1;
+        while self.flights.len() > 0 && segment <= MAX_SEGMENTS {
             self.fly(course, draws(segment), chunk, &mut see);
+            segment += 1;
         }
-        chunk.ledger.terminated += self.flights.len() as u64;
+        let ledger = &mut chunk.ledger;
+        ledger.terminated += self.flights.len() as u64;
+        ledger.flux.terminated += self.power(course);
+        self.packet.flux.settle(&mut ledger.flux);
     }
 
     fn emit(&mut self, course: &Course, paths: Range<u64>, draws: Draws, chunk: &mut PhotonChunk) {
@@ -93,6 +99,12 @@ impl Wavefront {
             chunk.ledger.dropped += u64::from(dark.count_ones());
         }
         chunk.ledger.emitted += count as u64;
+        chunk.ledger.flux.emitted += self.power(course);
+    }
+
+    /// What all photons on their way carry.
+    fn power(&self, course: &Course) -> DVec3 {
+        course.isa.run(PowerOf(&self.flights))
     }
 
     /// Traces all rays, stores the photons where they arrive, and sends them on their way.
@@ -114,10 +126,11 @@ impl Wavefront {
             flights.pack(places, &mut packet.photons);
             see(&packet.photons.rays);
             packet.trace(course, coherence);
-            packet.bounce_special(course, draws);
+            packet.bounce_special(course, draws, &mut chunk.ledger.flux);
             packet.bounce(course, draws, chunk, next);
         }
         std::mem::swap(flights, next);
+        chunk.ledger.flux.fly_on(self.power(course));
     }
 }
 
@@ -133,24 +146,27 @@ impl Packet {
     }
 
     /// Sends photons on, one by one, from surfaces that are not Lambertian.
-    fn bounce_special(&mut self, course: &Course, draws: Draws) {
-        let Packet { photons, hits, surfaces, specials } = self;
+    fn bounce_special(&mut self, course: &Course, draws: Draws, flux: &mut FluxLedger) {
+        let Packet { photons, hits, surfaces, specials, .. } = self;
         specials.clear();
         for lane in bits(surfaces.found & !surfaces.lambertian) {
             let Some(hit) = course.scene.surface_hit(&photons.rays, hits, lane) else { continue };
             let scattering = course.scene.scatter(&hit, Transport::Power);
-            let mut rng = draws.of(photons.path[lane]);
-            if let Some((ray, factor)) = go_on(&hit, &scattering, course.settings, &mut rng) {
-                specials.set(lane, &ray, photons.power(lane) * factor);
+            let (mut rng, power) = (draws.of(photons.path[lane]), photons.power(lane));
+            flux.send_on(power, scattering.specular().map(SpecularLobe::weight).sum());
+            let Some(onward) = go_on(&hit, &scattering, course.settings, &mut rng) else { continue };
+            flux.correct(power * onward.factor * (onward.correction - 1.0));
+            if let Some(ray) = onward.ray {
+                specials.set(lane, &ray, power * (onward.factor * onward.correction));
             }
         }
     }
 
     /// Stores the photons, and sends them on from Lambertian surfaces.
-    fn bounce(&self, course: &Course, draws: Draws, chunk: &mut PhotonChunk, next: &mut Flights) {
-        let Packet { photons, surfaces, specials, .. } = self;
-        let bounce = DiffuseBounce { photons, surfaces, draws, specials, next };
-        let (arrivals, survivors, dark) = course.isa.run(bounce);
+    fn bounce(&mut self, course: &Course, draws: Draws, chunk: &mut PhotonChunk, next: &mut Flights) {
+        let Packet { photons, surfaces, specials, flux, .. } = self;
+        let bounce = DiffuseBounce { photons, surfaces, draws, specials, next, flux };
+        let Bounced { arrivals, survivors, dark, lost } = course.isa.run(bounce);
         if !draws.is_first_flight() {
             deposit(chunk, photons, surfaces, &arrivals);
         }
@@ -160,6 +176,7 @@ impl Packet {
         ledger.escaped += rays - found;
         ledger.absorbed += found - u64::from(survivors.count_ones());
         ledger.dropped += u64::from(dark.count_ones());
+        ledger.flux.dropped += bits(lost).map(|lane| photons.power(lane).as_dvec3()).sum::<DVec3>();
     }
 }
 
@@ -190,14 +207,18 @@ fn deposit(chunk: &mut PhotonChunk, photons: &FlightPacket, surfaces: &SurfacePa
     chunk.ledger.deposited += count as u64;
 }
 
-/// Russian roulette between reflection, refraction, diffuse bounce and absorption, which is `None`: the ray that goes on
-/// and the factor on its power.
-fn go_on(
-    hit: &SurfaceHit,
-    scattering: &Scattering,
-    settings: &Settings,
-    rng: &mut Rng,
-) -> Option<(Ray, Rgb)> {
+/// How a photon goes on.
+struct Onward {
+    /// `None` where a shading normal bends it to the wrong side of the true surface.
+    ray: Option<Ray>,
+    /// On its power.
+    factor: Rgb,
+    /// What the factor lacks for the shading normal.
+    correction: f32,
+}
+
+/// Russian roulette between reflection, refraction, diffuse bounce and absorption, which is `None`.
+fn go_on(hit: &SurfaceHit, scattering: &Scattering, settings: &Settings, rng: &mut Rng) -> Option<Onward> {
     let (event, dir, factor) = match scattering.choose(rng.next_f32())? {
         Choice::Specular { event, wi, factor } => (event, hit.frame().to_world(wi), factor),
         Choice::Diffuse { factor } => {
@@ -205,8 +226,9 @@ fn go_on(
             (Event::Diffuse, Frame::around(hit.receiver().ng).to_world(wi), factor * cosine_factor)
         }
     };
-    let ray = hit.continue_along(event, dir)?;
-    Some((ray, factor * hit.adjoint_correction(event, dir)))
+    let ray = hit.continue_along(event, dir);
+    let correction = if ray.is_some() { hit.adjoint_correction(event, dir) } else { 0.0 };
+    Some(Onward { ray, factor, correction })
 }
 
 #[cfg(test)]
@@ -268,7 +290,7 @@ mod tests {
                 onward.push(packet.photons.to_bits());
                 packet.trace(course, Coherence::Coherent);
                 packet.surfaces.lambertian &= if in_lanes { Mask::MAX } else { 0 };
-                packet.bounce_special(course, draws(segment));
+                packet.bounce_special(course, draws(segment), &mut chunk.ledger.flux);
                 packet.bounce(course, draws(segment), &mut chunk, next);
             }
             std::mem::swap(flights, next);

@@ -239,6 +239,19 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
+    fn load_f64(self, from: &[f64; LANES]) -> [__m256d; 4] {
+        // SAFETY: the machine has AVX2, and four numbers follow each of these places.
+        unsafe {
+            [
+                _mm256_loadu_pd(from.as_ptr()),
+                _mm256_loadu_pd(from[4..].as_ptr()),
+                _mm256_loadu_pd(from[8..].as_ptr()),
+                _mm256_loadu_pd(from[12..].as_ptr()),
+            ]
+        }
+    }
+
+    #[inline(always)]
     fn to_array_f64(self, lanes: [__m256d; 4]) -> [f64; LANES] {
         let mut out = [0.0; LANES];
         for (to, lanes) in out.chunks_exact_mut(4).zip(lanes) {

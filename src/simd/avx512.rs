@@ -142,6 +142,12 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
+    fn load_f64(self, from: &[f64; LANES]) -> [__m512d; 2] {
+        // SAFETY: the machine has AVX-512F, and eight numbers follow each of these places.
+        unsafe { [_mm512_loadu_pd(from.as_ptr()), _mm512_loadu_pd(from[8..].as_ptr())] }
+    }
+
+    #[inline(always)]
     fn to_array_f64(self, [low, high]: [__m512d; 2]) -> [f64; LANES] {
         let mut out = [0.0; LANES];
         let (first, second) = out.split_at_mut(8);

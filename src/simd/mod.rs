@@ -100,6 +100,8 @@ pub trait Lanes: Copy {
     fn add_where(self, mask: Mask, sum: Self::F64, x: Self::F32) -> Self::F64;
     /// [`Lanes::add_where`] of the same number in all lanes.
     fn add_same_where(self, mask: Mask, sum: Self::F64, x: f32) -> Self::F64;
+    /// Sixteen `f64`.
+    fn load_f64(self, from: &[f64; LANES]) -> Self::F64;
     /// All lanes, as an array.
     fn to_array_f64(self, lanes: Self::F64) -> [f64; LANES];
     /// Sixteen integers.
@@ -230,6 +232,7 @@ mod tests {
             let sum = lanes.add_where(!self.mask.rotate_left(3), sum, b);
             let same = self.a.last().copied().unwrap_or(1.0);
             let sum = lanes.add_same_where(self.mask.rotate_left(5), sum, same);
+            let sum = lanes.load_f64(&lanes.to_array_f64(sum));
             let sums = lanes.to_array_f64(sum).map(|x| if x.is_nan() { 0 } else { x.to_bits() });
             (numbers, vec![lanes.le(a, b), lanes.lt(a, b)], sums)
         }

@@ -119,6 +119,11 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
+    fn load_f64(self, from: &[f64; LANES]) -> [f64; LANES] {
+        *from
+    }
+
+    #[inline(always)]
     fn to_array_f64(self, lanes: [f64; LANES]) -> [f64; LANES] {
         lanes
     }
