@@ -1,5 +1,6 @@
 use super::Lights;
 use super::emitter::Emitter;
+use super::selection;
 use crate::simd::{LANES, LaneFrame, LaneVec3, Lanes, Mask, warp};
 
 /// Sixteen [`super::EmissionSample`]s.
@@ -27,18 +28,19 @@ struct Sources {
 }
 
 impl Lights {
-    /// [`Lights::sample_emission`] of sixteen photons by the numbers that each draws: the first chooses the light. Lanes
-    /// without a light carry no power.
+    /// [`Lights::sample_emission`] of sixteen photons by the numbers that each draws: two choose the light, coarsely and
+    /// finely. Lanes without a light carry no power.
     #[inline(always)]
     pub fn sample_emissions<L: Lanes>(
         &self,
         lanes: L,
-        choice: L::F32,
+        choice: [L::F32; 2],
         [a, b, c, d]: [L::F32; 4],
     ) -> LaneEmission<L> {
-        let mut choices = [0.0; LANES];
-        lanes.store(choice, &mut choices);
-        let sources = self.sources(&choices);
+        let [mut coarse, mut fine] = [[0.0; LANES]; 2];
+        lanes.store(choice[0], &mut coarse);
+        lanes.store(choice[1], &mut fine);
+        let sources = self.sources(&coarse, &fine);
         let from_point = warp::square_to_uniform_sphere(lanes, a, b);
         let frame = LaneFrame::around(lanes, LaneVec3::from_arrays(lanes, &sources.normal));
         let from_triangle = frame.to_world(lanes, warp::square_to_cosine_hemisphere(lanes, c, d));
@@ -49,10 +51,10 @@ impl Lights {
         }
     }
 
-    fn sources(&self, choices: &Row) -> Sources {
+    fn sources(&self, coarse: &Row, fine: &Row) -> Sources {
         let mut sources = Sources::NONE;
-        for (lane, &u) in choices.iter().enumerate() {
-            if let Some((emitter, p)) = self.choose_emitter(u) {
+        for (lane, (&coarse, &fine)) in coarse.iter().zip(fine).enumerate() {
+            if let Some((emitter, p)) = self.choose_emitter(selection::choice(coarse, fine)) {
                 sources.set(lane, emitter, p);
             }
         }
@@ -110,17 +112,17 @@ mod tests {
     use crate::math::{Rgb, Rng, Stream, Vec3};
     use crate::simd::{Isa, Kernel};
 
-    struct Emit<'a>(&'a Lights, [Row; 5]);
+    struct Emit<'a>(&'a Lights, [Row; 6]);
 
     impl Kernel for Emit<'_> {
         type Output = [[Row; 3]; 3];
 
         #[inline(always)]
         fn run<L: Lanes>(self, lanes: L) -> Self::Output {
-            let [choice, a, b, c, d] = &self.1;
+            let [coarse, a, b, c, d, fine] = &self.1;
+            let choice = [lanes.load(coarse), lanes.load(fine)];
             let numbers = [lanes.load(a), lanes.load(b), lanes.load(c), lanes.load(d)];
-            let LaneEmission { origin, dir, power } =
-                self.0.sample_emissions(lanes, lanes.load(choice), numbers);
+            let LaneEmission { origin, dir, power } = self.0.sample_emissions(lanes, choice, numbers);
             [origin.to_arrays(lanes), dir.to_arrays(lanes), power.to_arrays(lanes)]
         }
     }
@@ -141,7 +143,7 @@ mod tests {
         for (lights, isa) in lights().iter().flat_map(|lights| Isa::available().map(move |isa| (lights, isa)))
         {
             for first in (0..3200).step_by(LANES) {
-                let mut numbers = [[0.0; LANES]; 5];
+                let mut numbers = [[0.0; LANES]; 6];
                 for lane in 0..LANES {
                     let mut rng = rng(first + lane as u64);
                     numbers.iter_mut().for_each(|column| column[lane] = rng.next_f32());

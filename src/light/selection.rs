@@ -1,6 +1,6 @@
 use super::emitter::Emitter;
 use super::{EmissionSample, IlluminationSample, Light};
-use crate::math::{Rgb, Rng, Vec3, mean};
+use crate::math::{Rgb, Rng, UNIT, Vec3, mean};
 
 /// The lights of a scene that emit anything, and the choice among them in proportion to their flux.
 ///
@@ -55,13 +55,13 @@ impl Lights {
     ///
     /// `None` if nothing emits.
     pub fn sample_emission(&self, rng: &mut Rng) -> Option<EmissionSample> {
-        let (emitter, p) = self.choose_emitter(rng.next_f32())?;
+        let (emitter, p) = self.choose_emitter(draw_choice(rng))?;
         let sample = emitter.sample(rng);
         Some(EmissionSample { power: sample.power / p, ..sample })
     }
 
     /// The light of a photon and its probability, for `u` in `[0, 1)`.
-    pub(super) fn choose_emitter(&self, u: f32) -> Option<(&Emitter, f32)> {
+    pub(super) fn choose_emitter(&self, u: f64) -> Option<(&Emitter, f32)> {
         let (index, p) = self.photons.choose(u)?;
         Some((self.emitters.get(index)?, p))
     }
@@ -73,10 +73,28 @@ impl Lights {
 
     /// A sample of the illumination of `p` by the area lights: one of them, chosen like a photon's.
     pub fn illuminate_area(&self, p: Vec3, rng: &mut Rng) -> Option<IlluminationSample> {
-        let (index, probability) = self.shadows.choose(rng.next_f32())?;
+        let (index, probability) = self.shadows.choose(draw_choice(rng))?;
         let sample = self.area.get(index)?.illuminate(p, rng.next_vec2())?;
         Some(IlluminationSample { irradiance: sample.irradiance / probability, ..sample })
     }
+}
+
+/// How many numbers after that which chooses a light comes the one that refines it, behind those of an emission.
+const REFINING_NUMBER: usize = 5;
+
+/// A number in `[0, 1)` that chooses a light: multiples of 2⁻²⁴ would choose a light of 10⁻¹² of the flux 60,000 times too
+/// often, or never.
+pub(super) fn choice(coarse: f32, fine: f32) -> f64 {
+    f64::from(coarse) + f64::from(UNIT) * f64::from(fine)
+}
+
+/// [`choice`] by the next number and one that is only looked ahead at: whoever draws it later shares it with a choice of a
+/// light that hung on it, which one in millions does.
+fn draw_choice(rng: &mut Rng) -> f64 {
+    let coarse = rng.next_f32();
+    let mut ahead = rng.clone();
+    let fine = (0..REFINING_NUMBER).fold(0.0, |_, _| ahead.next_f32());
+    choice(coarse, fine)
 }
 
 /// A discrete distribution in proportion to flux: running sums in f64, normalised.
@@ -98,8 +116,8 @@ impl Distribution {
     }
 
     /// The chosen index and its probability, for `u` in `[0, 1)`; `None` of an empty distribution.
-    fn choose(&self, u: f32) -> Option<(usize, f32)> {
-        let index = self.cumulative.partition_point(|&c| c <= f64::from(u));
+    fn choose(&self, u: f64) -> Option<(usize, f32)> {
+        let index = self.cumulative.partition_point(|&c| c <= u);
         let below = index.checked_sub(1).map_or(0.0, |i| self.cumulative[i]);
         self.cumulative.get(index).map(|&c| (index, (c - below) as f32))
     }
@@ -138,10 +156,21 @@ mod tests {
     fn lights_are_chosen_in_proportion_to_their_flux() {
         let distribution = Distribution::by_flux([&point(1.0), &point(3.0)]);
         for (u, index, probability) in
-            [(0.0, 0, 0.25), (0.2499, 0, 0.25), (0.2501, 1, 0.75), (0.99999994, 1, 0.75)]
+            [(0.0, 0, 0.25), (0.2499, 0, 0.25), (0.2501, 1, 0.75), (1.0 - 1e-9, 1, 0.75)]
         {
             let (chosen, p) = distribution.choose(u).unwrap();
             assert!(chosen == index && (p - probability).abs() < 1e-6);
         }
+    }
+
+    /// 24 bits would choose the light in 10⁻¹² first once in 2²⁴ times, and last never.
+    #[test]
+    fn faint_lights_are_chosen_as_rarely_as_they_should() {
+        let faint_first = Distribution::by_flux([&point(1.0), &point(1e12)]);
+        let faint_last = Distribution::by_flux([&point(1e12), &point(1.0)]);
+        let chosen = |lights: &Distribution, coarse, fine| lights.choose(choice(coarse, fine)).unwrap().0;
+        let last = 1.0 - UNIT;
+        assert_eq!([chosen(&faint_first, 0.0, 1e-5), chosen(&faint_first, 0.0, 3e-5)], [0, 1]);
+        assert_eq!([chosen(&faint_last, last, 1.0 - 3e-5), chosen(&faint_last, last, 1.0 - 1e-5)], [0, 1]);
     }
 }

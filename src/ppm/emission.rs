@@ -22,9 +22,10 @@ impl Kernel for Emission<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> Mask {
         let path = lanes.add_u32(lanes.splat_u32(self.first), lanes.load_u32(&COUNT));
-        let [choice, a, b, c] = self.draws.in_lanes(lanes, path, 0);
-        let [d, ..] = self.draws.in_lanes(lanes, path, 1);
-        let LaneEmission { origin, dir, power } = self.lights.sample_emissions(lanes, choice, [a, b, c, d]);
+        let [coarse, a, b, c] = self.draws.in_lanes(lanes, path, 0);
+        let [d, fine, ..] = self.draws.in_lanes(lanes, path, 1);
+        let LaneEmission { origin, dir, power } =
+            self.lights.sample_emissions(lanes, [coarse, fine], [a, b, c, d]);
         let flights = LaneFlights { origin, dir, power, path };
         let bright = flights.have_power(lanes) & flights.are_finite(lanes);
         self.flights.push(lanes, self.mask & bright, &flights);
