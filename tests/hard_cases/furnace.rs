@@ -1,26 +1,17 @@
 //! A closed box that glows: with albedo ρ and emission E everywhere, the radiance is `E / (1 - ρ)` everywhere.
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a panic is how a test fails")]
 
 use caustica::bsdf::{Bsdf, DiffuseSampling};
 use caustica::film::Image;
 use caustica::math::{DVec3, Rgb, Vec3};
 use caustica::ppm::{Ledger, Render, Settings};
 use caustica::reference::{Estimator, Method};
-use caustica::scene::{CameraDesc, FilmDesc, Material, Mesh, RenderDesc, Scene, SceneDesc, SphereDesc};
+use caustica::scene::{CameraDesc, FilmDesc, Material, RenderDesc, Scene, SceneDesc, SphereDesc};
 
-/// The cube from -1 to 1 with its faces turned inward.
-fn inward_cube() -> Mesh {
-    let vertices =
-        (0..8).map(|i| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * 2.0 - 1.0).collect();
-    let quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
-    let triangles: Vec<[u32; 3]> =
-        quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
-    Mesh { name: "cube".into(), vertices, normals: None, materials: vec![0; triangles.len()], triangles }
-}
+use super::rooms::{by_both_traversals, inward_cube};
 
-fn furnace(albedo: Rgb, spheres: Vec<SphereDesc>, ball: Bsdf) -> Scene {
+fn furnace(albedo: Rgb, spheres: Vec<SphereDesc>, ball: Bsdf) -> [Scene; 2] {
     let material = |name: &str, bsdf, emission| Material { name: name.into(), bsdf, emission };
-    Scene::new(SceneDesc {
+    by_both_traversals(&SceneDesc {
         name: "furnace".into(),
         path: "furnace.toml".into(),
         film: FilmDesc { width: 16, height: 16 },
@@ -44,11 +35,10 @@ fn furnace(albedo: Rgb, spheres: Vec<SphereDesc>, ball: Bsdf) -> Scene {
             material("ball", ball, Rgb::ZERO),
         ],
         spheres,
-        meshes: vec![inward_cube()],
+        meshes: vec![inward_cube(0)],
         point_lights: vec![],
         warnings: vec![],
     })
-    .unwrap()
 }
 
 fn mean(image: &Image) -> DVec3 {
@@ -56,8 +46,8 @@ fn mean(image: &Image) -> DVec3 {
 }
 
 /// Many small passes: points of walls that shine are lit from close by in corners, and each pass samples that but once
-/// at a hit point. In a mirror, which shows the corners, 20 passes would leave 1.7 % of noise.
-const PASSES: u32 = 160;
+/// at a hit point. In a mirror, which shows the corners, 40 passes leave 1.2 % of noise.
+const PASSES: u32 = 40;
 
 fn photon_mapped(scene: &Scene, sampling: DiffuseSampling) -> Image {
     let mut render = Render::new(scene, Settings { sampling, ..Settings::of_scene(scene.render()) });
@@ -91,22 +81,33 @@ fn assert_mean(what: &str, image: &Image, expected: Rgb, tolerance: f64) {
 
 const BLACK_BALL: Bsdf = Bsdf::Diffuse { albedo: Rgb::ZERO };
 
-/// Catches any loss or gain of energy in a bounce: at albedo .8 light bounces five times on average.
+/// In a closed box of albedo ρ that glows with E the radiance is `E / (1 - ρ)` wherever one looks, by photons of either
+/// sampling as by paths from either end.
+///
+/// Breaks: any loss or gain of energy in a bounce adds up: at albedo .8 light bounces five times on average.
+///
+/// Mutation: the cosine of `sample_diffuse` left out for uniform bounces; in another run, `albedo / p` times .99 in lanes.
 #[test]
 fn empty_furnace() {
     let albedo = Rgb::new(0.8, 0.5, 0.2);
     let expected = 1.0 / (1.0 - albedo);
-    let scene = furnace(albedo, vec![], BLACK_BALL);
-    assert_mean("path tracing", &path_traced(&scene, 4000), expected, 0.005);
-    assert_mean("light tracing", &estimated(&scene, Method::Light, 4000), expected, 0.005);
-    for sampling in [DiffuseSampling::Cosine, DiffuseSampling::Uniform] {
-        let image = photon_mapped(&scene, sampling);
-        assert_mean(&format!("photons, {sampling:?}"), &image, expected, 0.01);
+    for scene in &furnace(albedo, vec![], BLACK_BALL) {
+        let traversal = scene.traversal();
+        assert_mean(&format!("path tracing, {traversal:?}"), &path_traced(scene, 500), expected, 0.01);
+        let light_traced = estimated(scene, Method::Light, 500);
+        assert_mean(&format!("light tracing, {traversal:?}"), &light_traced, expected, 0.01);
+        for sampling in [DiffuseSampling::Cosine, DiffuseSampling::Uniform] {
+            let image = photon_mapped(scene, sampling);
+            assert_mean(&format!("photons, {sampling:?}, {traversal:?}"), &image, expected, 0.02);
+        }
     }
 }
 
-/// Whatever loses no light must be invisible in a furnace, seen from outside and from within its reflections.
-/// Catches refracted radiance that is not scaled, Fresnel shares that do not sum to one, cut eye paths.
+/// Whatever loses no light is invisible in a furnace, from outside and in its reflections.
+///
+/// Breaks: refracted radiance that is not scaled, Fresnel's shares that do not sum to one, eye paths cut too early.
+///
+/// Mutation: `mirrored` with a share of .97 of its own; in another run, `eta.powi(-2)` left out.
 #[test]
 fn lossless_balls_vanish_in_the_furnace() {
     let ball = SphereDesc { center: Vec3::new(0.0, 0.0, 0.2), radius: 0.3, material: 1 };
@@ -116,18 +117,48 @@ fn lossless_balls_vanish_in_the_furnace() {
         Bsdf::Mirror { reflectance: Rgb::ONE },
         Bsdf::FixedWeight { color: Rgb::ONE, reflectivity: 0.4, transparency: 0.6, ior: 1.5 },
     ] {
-        let scene = furnace(Rgb::splat(0.5), vec![ball], bsdf);
-        assert_mean(&format!("path tracing {bsdf:?}"), &path_traced(&scene, 4000), expected, 0.005);
-        let image = photon_mapped(&scene, DiffuseSampling::Cosine);
-        assert_mean(&format!("photons {bsdf:?}"), &image, expected, 0.015);
+        for scene in &furnace(Rgb::splat(0.5), vec![ball], bsdf) {
+            let what = format!("{bsdf:?}, {:?}", scene.traversal());
+            assert_mean(&format!("path tracing {what}"), &path_traced(scene, 500), expected, 0.01);
+            let image = photon_mapped(scene, DiffuseSampling::Cosine);
+            assert_mean(&format!("photons {what}"), &image, expected, 0.03);
+        }
     }
 }
 
-/// A closed box of albedo 1 must not hang: its photons are cut, counted, and nothing is lost from the ledger.
+/// What a furnace emits it absorbs: the share `1 - ρ` of all that reaches its walls, to the noise of roulette, and each account
+/// to 1e-12.
+///
+/// Breaks: a bounce that forgets or doubles power, or a photon that is lost on the way to the next wall.
+///
+/// Mutation: the power of a lane's bounce doubled; in another run, the last photon of a packet not pushed on.
+#[test]
+fn furnaces_absorb_what_they_emit() {
+    let albedo = Rgb::new(0.8, 0.5, 0.2);
+    for scene in &furnace(albedo, vec![], BLACK_BALL) {
+        for sampling in [DiffuseSampling::Cosine, DiffuseSampling::Uniform] {
+            let settings = Settings { sampling, photons: 100_000, ..Settings::of_scene(scene.render()) };
+            let ledger = Render::new(scene, settings).pass().photons;
+            let flux = ledger.flux;
+            assert!(ledger.is_balanced() && flux.imbalance() < 1e-12, "{ledger:?}");
+            let absorbed = (flux.absorbed + flux.escaped) / flux.emitted - 1.0;
+            assert!(absorbed.abs().max_element() < 0.03, "{sampling:?}: {flux:?}");
+            assert!((flux.roulette / flux.emitted).abs().max_element() < 0.03, "{flux:?}");
+        }
+    }
+}
+
+/// A closed box of albedo exactly 1 does not hang: its photons are cut, counted, and none is missing.
+///
+/// Breaks: roulette never ends a path, and neither does anything else.
+///
+/// Mutation: `terminated` not counted in `Wavefront::follow`; without `MAX_SEGMENTS` it hangs.
 #[test]
 fn white_furnace_ends_and_reports_its_cut() {
-    let scene = furnace(Rgb::ONE, vec![], BLACK_BALL);
-    let settings = Settings { photons: 200, ..Settings::of_scene(scene.render()) };
-    let ledger = Render::new(&scene, settings).pass().photons;
-    assert_eq!((ledger.emitted, ledger.terminated), (200, 200));
+    for scene in &furnace(Rgb::ONE, vec![], BLACK_BALL) {
+        let settings = Settings { photons: 200, ..Settings::of_scene(scene.render()) };
+        let ledger = Render::new(scene, settings).pass().photons;
+        assert_eq!((ledger.emitted, ledger.terminated), (200, 200));
+        assert!(ledger.is_balanced() && ledger.flux.terminated == ledger.flux.emitted, "{ledger:?}");
+    }
 }

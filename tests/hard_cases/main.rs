@@ -12,12 +12,14 @@ mod common;
 mod rooms;
 
 mod glass;
+mod furnace;
 mod interfaces;
 mod lights;
 mod meshes;
 mod outputs;
 mod rays;
 mod runs;
+mod samplers;
 mod scale;
 mod scene_files;
 mod statistics;
