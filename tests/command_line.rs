@@ -149,6 +149,10 @@ fn assert_statistics(json: &str) {
         let ends = ["absorbed", "escaped", "terminated", "dropped"];
         let ended: u64 = ends.iter().map(|end| photons[end].as_u64().unwrap()).sum();
         assert_eq!(ended, 1000);
+        let flux = |account: &&str| photons["flux"][account][1].as_f64().unwrap();
+        let [came, went]: [f64; 2] = [["emitted", "roulette", "shading"].as_slice(), &ends]
+            .map(|accounts| accounts.iter().map(flux).sum());
+        assert!(flux(&"emitted") > 0.0 && (came / went - 1.0).abs() < 1e-12, "{came} and {went}");
         for phase in ["trace", "gather", "direct"] {
             assert!(line["phases"][phase].as_f64().unwrap() >= 0.0);
         }

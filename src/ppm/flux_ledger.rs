@@ -38,6 +38,7 @@ fn as_array<S: Serializer>(flux: &DVec3, serializer: S) -> Result<S::Ok, S::Erro
     flux.to_array().serialize(serializer)
 }
 
+// Numbers of f32 are summed in f64, mostly without rounding: the accounts agree however many there are.
 impl FluxLedger {
     /// How far the sums may be apart, of the flux emitted.
     const TOLERANCE: f64 = 1e-12;
@@ -89,11 +90,10 @@ impl FluxLedger {
 
     /// Books what the specular lobes of a surface send on beside the diffuse one of a photon that landed.
     pub(super) fn send_on(&mut self, power: Rgb, share: Rgb) {
-        let (power, share) = (power.as_dvec3(), share.as_dvec3());
-        let sent_on = power * share;
+        let sent_on = (power * share).as_dvec3();
         if sent_on.is_finite() {
             self.land(DVec3::ZERO, sent_on);
-            self.roulette_variance += 2.0 * power.dot(sent_on);
+            self.roulette_variance += 2.0 * power.as_dvec3().dot(sent_on);
         }
     }
 

@@ -105,7 +105,7 @@ fn scene_without_light_is_black_with_a_warning() {
 ///
 /// Breaks: a light chosen by its number or its area, without the probability in the power, is too bright or too dark.
 ///
-/// Mutation: `flux / p` without `/ p` in `Sources::set`, and in `Lights::sample_emission`.
+/// Mutation: `flux / p` without `/ p` in `Sources::set`; in another run, in `Lights::sample_emission`.
 #[test]
 fn every_light_sends_its_flux() {
     const N: u32 = 100_000;
@@ -225,8 +225,7 @@ fn light_outside_a_closed_room_leaves_it_black() {
 ///
 /// Breaks: floors lit through their backs, or a lamp that shines to both sides.
 ///
-/// Mutation: `Light::Triangle` illuminates both sides (`cos > 0.0` left out), and the cosine of the receiver taken without its
-/// sign in `Receiver::response`.
+/// Mutation: shadow rays and `Light::Triangle` take all cosines without their signs.
 #[test]
 fn lights_behind_everything_bring_nothing() {
     let mut below = lit_box();

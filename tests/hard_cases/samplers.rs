@@ -187,7 +187,7 @@ fn assert_points_are_uniform(
 ///
 /// Breaks: radii drawn evenly crowd the centre.
 ///
-/// Mutation: `square_to_disk` squares the radius.
+/// Mutation: `square_to_disk` squares the radius; in another run, scales it by .98.
 #[test]
 fn disk_is_uniform_in_area() {
     let cell = |p: Vec2| {

@@ -22,7 +22,7 @@ fn sum(accepted: u32) -> PassSum {
 ///
 /// Breaks: a 32-bit counter starts anew: radii jump up or the picture brightens a thousandfold.
 ///
-/// Mutation: `GatherState::after_pass` keeps the photons as `u32`; in another run `irradiance` takes `emitted as u32`.
+/// Mutation: `GatherState::after_pass` rounds the photons to `u32`; in another run `irradiance` takes `emitted as u32`.
 #[test]
 fn counts_beyond_32_bits_go_on_right() {
     let start = 4_294_967_286.0;
@@ -115,7 +115,7 @@ fn radii_of_a_schedule_follow_the_product() {
 ///
 /// Breaks: `(N + αM) / (N + M)` is 0/0 there: black dots of NaN that spread with every filter.
 ///
-/// Mutation: `GatherState::after_pass` without its return where nothing was accepted, and the same of `close` in the gather.
+/// Mutation: `GatherState::after_pass` without its return where nothing was accepted.
 #[test]
 fn hit_points_without_photons_stay_as_they_are() {
     let mut state = GatherState::new(0.3);
@@ -161,7 +161,7 @@ fn cameras_at_the_sky_see_black() {
 ///
 /// Breaks: the gathering of an empty list, and estimates over no photon at all.
 ///
-/// Mutation: `GatherState::irradiance` without its answer for no photon emitted, and `close` of the gather for nothing accepted.
+/// Mutation: `GatherState::irradiance` without its answer for no photon emitted.
 #[test]
 fn passes_without_any_photon_change_nothing() {
     let mut lamp_away = lit_box();

@@ -38,7 +38,7 @@ fn assert_finds(spheres: &[Sphere], points: &[Vec3]) -> SphereBvh {
 ///
 /// Breaks: no plane separates them: the builder recurs until the stack is full, or makes one leaf of a million.
 ///
-/// Mutation: spheres without extent split by an empty left half (`split::halves` falls back to the first sphere alone).
+/// Mutation: `partition_at_median` parts the first sphere from the rest: the stack overflows.
 #[test]
 fn a_million_coincident_spheres_make_a_valid_tree() {
     let center = Vec3::new(0.1, 0.2, 0.3);
@@ -50,7 +50,7 @@ fn a_million_coincident_spheres_make_a_valid_tree() {
 ///
 /// Breaks: boxes of no thickness have no volume and no cost: the builder divides by 0 or stops splitting.
 ///
-/// Mutation: boxes of spheres without the radius (`Sphere::reach` 0): points off the plane find none.
+/// Mutation: `Sphere::reach` 0, boxes of the centres alone: points off the plane find none.
 #[test]
 fn a_million_coplanar_spheres_are_found() {
     let on_plane = anywhere(MILLION).into_iter().map(|p| p.with_y(0.7));
@@ -65,7 +65,7 @@ fn a_million_coplanar_spheres_are_found() {
 ///
 /// Breaks: two of three axes have no extent; who splits them by turns recurs without end.
 ///
-/// Mutation: the axis of the split taken by turns, not by cost: the depth of the tree overflows.
+/// Mutation: `Sphere::reach` 0: points between the centres miss some.
 #[test]
 fn a_million_collinear_spheres_are_found() {
     let on_line = anywhere(MILLION).into_iter().map(|p| Vec3::new(p.x, 0.2, -0.4));
@@ -77,7 +77,7 @@ fn a_million_collinear_spheres_are_found() {
 ///
 /// Breaks: lists grow as photons times spheres and exhaust memory, or a sphere that straddles two children counts twice.
 ///
-/// Mutation: leaves of `gather` meet their points twice where they have all of their parent's.
+/// Mutation: `Descent::alone` lets every leaf meet its points twice.
 #[test]
 fn a_radius_over_the_whole_scene_meets_every_photon_once() {
     let large = spheres(anywhere(3000), 2.0);
@@ -107,7 +107,7 @@ fn a_radius_of_nothing_meets_what_lies_on_the_point() {
 ///
 /// Breaks: the root of no node is read, or a single leaf is taken for an inner node.
 ///
-/// Mutation: `SphereBvh::refit` and `gather` without their check for an empty tree: an index out of range.
+/// Mutation: `SphereBvh::refit` and `gather` without their checks for an empty tree: an index out of range.
 #[test]
 fn trees_of_none_and_of_one_answer() {
     let points = [Vec3::ZERO, Vec3::splat(0.5), Vec3::NAN, Vec3::INFINITY];
