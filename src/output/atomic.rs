@@ -1,7 +1,7 @@
 use super::OutputError;
-use std::fs::{self, File, Permissions};
+use super::part::{make_part, remove_leftovers};
+use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
-use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
@@ -26,22 +26,49 @@ pub fn write_atomically(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), OutputError> {
+    replace_atomically(path, None, write)
+}
+
+/// [`write_atomically`] that first gives what `path` held the name `aside`, in the same folder.
+///
+/// At any moment, whatever ends the process, one of the two names has whole content.
+///
+/// # Errors
+/// Those of [`write_atomically`].
+pub fn replace_atomically(
+    path: &Path,
+    aside: Option<&Path>,
+    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), OutputError> {
     let target = Target::of(path)?;
     let temporary = target.make_temporary()?;
     fill(&temporary, write)
+        .and_then(|()| aside.map_or(Ok(()), |aside| put_aside(&target.file, aside)))
         .and_then(|()| Ok(temporary.persist(&target.file)?))
         .map_err(|source| OutputError::Write { path: path.to_path_buf(), source })?;
     target.flush_folder()
 }
 
+/// A file that somebody removed meanwhile leaves nothing to keep.
+fn put_aside(file: &Path, aside: &Path) -> io::Result<()> {
+    fs::rename(file, aside).or_else(|error| match error.kind() {
+        io::ErrorKind::NotFound => Ok(()),
+        _ => Err(error),
+    })
+}
+
 /// Tells before a long render whether [`write_atomically`] would find a place for `path`.
 ///
-/// Makes missing folders, and for a moment a file of a passing name; the file itself is neither made nor touched.
+/// Makes missing folders, and for a moment a file of a passing name; the file itself is neither made nor touched. Files of
+/// passing names that killed processes left in the folder are removed.
 ///
 /// # Errors
 /// When `path` has no file name, is a folder, a device or a pipe, or when its folder cannot be made or written to.
 pub fn check_writable(path: &Path) -> Result<(), OutputError> {
-    Target::of(path)?.make_temporary().map(|_| ())
+    let target = Target::of(path)?;
+    target.make_temporary()?;
+    remove_leftovers(&target.folder);
+    Ok(())
 }
 
 fn fill(file: &NamedTempFile, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
@@ -87,25 +114,26 @@ impl<'a> Target<'a> {
         })
     }
 
-    /// An empty file beside the target that removes itself, readable by whom the umask allows.
+    /// An empty file beside the target that removes itself.
     fn make_temporary(&self) -> Result<NamedTempFile, OutputError> {
         let (path, folder) = (self.given.to_path_buf(), self.folder.clone());
         if let Err(source) = fs::create_dir_all(&self.folder) {
             return Err(OutputError::MakeFolder { path, folder, source });
         }
-        tempfile::Builder::new()
-            .prefix(".caustica-")
-            .suffix(".part")
-            .permissions(Permissions::from_mode(0o666))
-            .tempfile_in(&self.folder)
-            // The error itself names the passing file, which means nothing to the user.
-            .map_err(|error| OutputError::FolderNotWritable { path, folder, source: error.kind().into() })
+        // The error itself names the passing file, which means nothing to the user.
+        make_part(&self.folder).map_err(|error| OutputError::FolderNotWritable {
+            path,
+            folder,
+            source: error.kind().into(),
+        })
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs::Permissions;
+    use std::os::unix::fs::PermissionsExt;
     use tempfile::TempDir;
 
     fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
@@ -147,6 +175,27 @@ mod tests {
         assert!(text.contains(path.to_str().unwrap()) && text.contains("no storage space"), "{text}");
         assert_eq!(fs::read(&path).unwrap(), b"former");
         assert_eq!(names_in(&folder), ["picture.exr"]);
+    }
+
+    #[test]
+    fn what_was_there_is_put_aside_only_when_the_new_is_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let (path, aside) = (folder.path().join("file"), folder.path().join("aside"));
+        let replace = |bytes: &[u8]| replace_atomically(&path, Some(&aside), |out| out.write_all(bytes));
+        replace(b"first").unwrap();
+        assert!(!aside.exists());
+        replace(b"second").unwrap();
+        assert_eq!(
+            (fs::read(&path).unwrap(), fs::read(&aside).unwrap()),
+            (b"second".to_vec(), b"first".to_vec())
+        );
+        let full = replace_atomically(&path, Some(&aside), |_| Err(io::ErrorKind::StorageFull.into()));
+        assert!(full.is_err());
+        assert_eq!(
+            (fs::read(&path).unwrap(), fs::read(&aside).unwrap()),
+            (b"second".to_vec(), b"first".to_vec())
+        );
+        assert_eq!(names_in(&folder), ["aside", "file"]);
     }
 
     #[test]

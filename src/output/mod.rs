@@ -6,11 +6,12 @@ mod exr_header;
 mod exr_read;
 mod exr_write;
 mod metadata;
+mod part;
 mod png;
 mod png_read;
 
 pub use self::png::{Display, encode_png, write_png, write_png_samples};
-pub use atomic::{check_writable, write_atomically};
+pub use atomic::{check_writable, replace_atomically, write_atomically};
 pub use error::OutputError;
 pub use exr_read::{MAX_PIXELS, read_exr, read_exr_layer, read_exr_named};
 pub use exr_write::{ExrLayer, LayerChannels, write_exr, write_exr_layers};
