@@ -33,6 +33,7 @@ pub mod bench;
 pub mod bsdf;
 pub mod bvh;
 pub mod camera;
+pub mod checkpoint;
 pub mod cli;
 pub mod compare;
 pub mod embree;

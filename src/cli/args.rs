@@ -30,7 +30,7 @@ Examples:
   caustica study data/course_water.toml --make-reference
 
 Exit codes: 0 done; 1 a comparison exceeded its bound or a file could not be written; 2 wrong input or
-arguments, nothing was written; 130 interrupted, the picture so far was written.";
+arguments, nothing was written; 130 interrupted, the picture so far was written; 141 standard output was closed.";
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
@@ -57,8 +57,10 @@ Examples:
   caustica render data/course_balls.toml --sampling uniform --seed 7 -o out/uniform.exr
   caustica render data/cornell_b.toml --time 120 --photons 1e6 --json -
   caustica render data/course_water.toml --target-error 5% --confidence 90% --layers
+  caustica render data/course_water.toml --passes 100000 --checkpoint out/water.checkpoint --resume
 
-Ctrl-C finishes the pass under way and writes the picture; a second one stops at once.")]
+Ctrl-C finishes the pass under way and writes the picture, and the checkpoint where one is kept; a second one stops at
+once. The last command may be killed and given again at any time. docs/long-runs.md tells more.")]
 pub struct RenderArgs {
     /// The scene (TOML)
     pub scene: PathBuf,
@@ -116,6 +118,16 @@ pub struct RenderArgs {
     /// Write statistics, one JSON object a pass and line; - is standard output
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
+    /// Keep a checkpoint in this file, and the one before it in FILE.previous [default with --checkpoint-every or --resume:
+    /// beside the picture, as .checkpoint]
+    #[arg(long, value_name = "FILE")]
+    pub checkpoint: Option<PathBuf>,
+    /// Write the checkpoint after the pass in which so many seconds are over since the last [default: 60]
+    #[arg(long, allow_negative_numbers = true, value_name = "SECONDS", value_parser = |s: &str| number(s, 0.0..=1e9))]
+    pub checkpoint_every: Option<f64>,
+    /// Go on from the checkpoint, if there is one: the same bytes as without the stop. --passes and --time count from the beginning
+    #[arg(long)]
+    pub resume: bool,
     #[command(flatten)]
     pub run: RunArgs,
 }

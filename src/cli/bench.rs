@@ -1,9 +1,9 @@
-use std::io::{self, Write};
 use std::path::Path;
 
 use serde::Serialize;
 
 use super::args::BenchArgs;
+use super::console::print;
 use super::error::{CliError, Outcome};
 use super::{load, use_threads};
 use crate::bench::gather::{self, GatherSettings, Radii};
@@ -23,7 +23,7 @@ pub fn run(args: &BenchArgs) -> Result<Outcome, CliError> {
     check_outputs(args)?;
     use_threads(args.threads)?;
     if cfg!(debug_assertions) {
-        eprintln!("warning: this build checks its arithmetic: measure with one of `cargo build --release`");
+        note!("warning: this build checks its arithmetic: measure with one of `cargo build --release`");
     }
     match &args.pass {
         Some(scene) => run_pass(args, scene),
@@ -81,7 +81,7 @@ fn measure_gather(args: &BenchArgs, source: &Source) -> Result<Outcome, CliError
     let settings = gather_settings(args, source);
     let variants = if args.variants { &VARIANTS[..] } else { &[] };
     let report = gather::measure(&settings, source, &[&RIVALS[..], variants].concat(), |points, percent| {
-        eprintln!("{points} spheres of radius {percent:.3} %");
+        note!("{points} spheres of radius {percent:.3} %");
     })?;
     write(args, &report, &report.page())
 }
@@ -111,7 +111,7 @@ fn run_rays(args: &BenchArgs) -> Result<Outcome, CliError> {
     }
     let photons = args.photons.unwrap_or(100_000);
     let settings = RaySettings { triangles, photons, repetitions: args.repetitions as usize };
-    let report = rays::measure(&settings, |triangles| eprintln!("{triangles} triangles"))?;
+    let report = rays::measure(&settings, |triangles| note!("{triangles} triangles"))?;
     write(args, &report, &report.page())
 }
 
@@ -135,26 +135,25 @@ fn write(args: &BenchArgs, report: &impl Serialize, page: &Page) -> Result<Outco
         (&args.csv, page.table.to_csv()),
         (&args.html, page.to_html()),
     ];
-    let taken = forms.iter().any(|(path, _)| path.as_deref().is_some_and(is_standard_output));
-    if taken {
-        eprint!("{}", page.to_text())
-    } else {
-        print!("{}", page.to_text())
+    let wanted = forms.iter().filter_map(|(path, text)| path.as_deref().map(|path| (path, text)));
+    let (printed, files): (Vec<_>, Vec<_>) = wanted.partition(|(path, _)| is_standard_output(path));
+    // Files first: standard output may be closed.
+    for (path, text) in files {
+        write_form(path, text)?;
     }
-    for (path, text) in forms {
-        if let Some(path) = path {
-            write_form(path, &text)?;
-        }
+    if printed.is_empty() {
+        print(page.to_text())?;
+    } else {
+        note!("{}", page.to_text().trim_end());
+    }
+    for (_, text) in printed {
+        print(text)?;
     }
     Ok(Outcome::Done)
 }
 
 fn write_form(path: &Path, text: &str) -> Result<(), CliError> {
-    if is_standard_output(path) {
-        let written = io::stdout().write_all(text.as_bytes());
-        return written.map_err(|source| CliError::Statistics { path: path.into(), source });
-    }
     write_atomically(path, |out| out.write_all(text.as_bytes()))?;
-    eprintln!("wrote {}", path.display());
+    note!("wrote {}", path.display());
     Ok(())
 }

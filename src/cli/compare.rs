@@ -1,6 +1,7 @@
 use std::path::Path;
 
 use super::args::CompareArgs;
+use super::console::print;
 use super::error::{CliError, Outcome};
 use crate::compare::{
     BlockCriterion, Bound, CompareError, Comparison, Estimate, Inputs, Region, false_colour,
@@ -23,12 +24,12 @@ pub fn run(args: &CompareArgs) -> Result<Outcome, CliError> {
     let broken = broken_bounds(args, &comparison)?;
     write_error_pictures(args, &pictures, &region)?;
     if args.json {
-        println!("{}", serde_json::json!(comparison));
+        print(format_args!("{}\n", serde_json::json!(comparison)))?;
     } else {
-        println!("{comparison}");
+        print(format_args!("{comparison}\n"))?;
     }
     for bound in &broken {
-        eprintln!("beyond the bound: {bound}");
+        note!("beyond the bound: {bound}");
     }
     Ok(if broken.is_empty() { Outcome::Done } else { Outcome::BoundExceeded })
 }
@@ -123,7 +124,7 @@ fn write_error_pictures(args: &CompareArgs, pictures: &Pictures, region: &Region
         let colours = false_colour(image, reference, region, args.error_scale)?;
         write_png_samples(path, region.crop().width, region.crop().height, &colours)?;
         let scale = args.error_scale;
-        eprintln!("{}: relative error, violet 0 to yellow {scale} and above", path.display());
+        note!("{}: relative error, violet 0 to yellow {scale} and above", path.display());
     }
     Ok(())
 }

@@ -1,9 +1,11 @@
+use std::io::ErrorKind;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use thiserror::Error;
 
 use crate::bench::BenchError;
+use crate::checkpoint::CheckpointError;
 use crate::compare::CompareError;
 use crate::embree::EmbreeError;
 use crate::output::OutputError;
@@ -58,6 +60,14 @@ pub enum CliError {
     Write(#[from] OutputError),
     #[error("cannot write the statistics {path}: {source}", path = path.display())]
     Statistics { path: PathBuf, source: std::io::Error },
+    #[error("cannot write to standard output: {source}; whoever reads it must not close it before the end")]
+    StandardOutput { source: std::io::Error },
+    #[error("{path}:{line}: this is not the record of a pass, so the file is none of a render; name another file for the statistics", path = path.display())]
+    ForeignStatistics { path: PathBuf, line: usize },
+    #[error("{path}: there is a checkpoint already; give --resume to go on from it, or remove it to start anew", path = path.display())]
+    CheckpointExists { path: PathBuf },
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
     #[error(transparent)]
     Bench(#[from] BenchError),
     #[error(transparent)]
@@ -78,11 +88,17 @@ impl CliError {
             | CliError::ErrorPictureName { .. }
             | CliError::TargetOutOfReach { .. }
             | CliError::BadImage(_)
+            | CliError::ForeignStatistics { .. }
+            | CliError::CheckpointExists { .. }
+            | CliError::Checkpoint(_)
             | CliError::Bench(BenchError::TooFewHitPoints { .. } | BenchError::NoPhotons { .. })
             | CliError::Study(
                 StudyError::Compare(_) | StudyError::Line { .. } | StudyError::NotFinite { .. },
             ) => 2,
+            // As if SIGPIPE had ended the process.
+            CliError::StandardOutput { source } if source.kind() == ErrorKind::BrokenPipe => 141,
             CliError::Write(_)
+            | CliError::StandardOutput { .. }
             | CliError::Statistics { .. }
             | CliError::Bench(_)
             | CliError::Study(_)

@@ -2,6 +2,7 @@ use std::time::Instant;
 
 use serde::Serialize;
 
+use crate::checkpoint::ErrorHistory;
 use crate::ppm::{Forecast, Outlook, PictureError, Render, Settings};
 
 /// The error is estimated anew when there are so many times the passes of the last time.
@@ -46,15 +47,39 @@ impl ErrorWatch {
         let started = Instant::now();
         let picture = render.accuracy(self.confidence)?.picture();
         self.forecast.add(&picture, seconds);
-        let record = ErrorRecord {
+        let record = self.record(picture, started.elapsed().as_secs_f64());
+        self.next = next_look(render.passes(), record.outlook);
+        Some(self.latest.insert(record))
+    }
+
+    fn record(&self, picture: PictureError, seconds: f64) -> ErrorRecord {
+        ErrorRecord {
             picture,
             confidence: self.confidence,
             exponent: self.forecast.exponent(),
             outlook: self.target.and_then(|target| self.forecast.outlook(target)),
-            seconds: started.elapsed().as_secs_f64(),
-        };
-        self.next = next_look(render.passes(), record.outlook);
-        Some(self.latest.insert(record))
+            seconds,
+        }
+    }
+
+    /// For a process that goes on with the render.
+    pub fn history(&self) -> ErrorHistory {
+        ErrorHistory {
+            target: self.target,
+            confidence: self.confidence,
+            forecast: self.forecast.clone(),
+            latest: self.latest.map(|latest| latest.picture),
+            next: self.next,
+        }
+    }
+
+    /// Goes on from what an earlier process saw; with another target or confidence it looks again after the next pass.
+    pub fn resume(&mut self, history: &ErrorHistory) {
+        self.forecast = history.forecast.clone();
+        if (self.target, self.confidence) == (history.target, history.confidence) {
+            self.next = history.next;
+            self.latest = history.latest.map(|picture| self.record(picture, 0.0));
+        }
     }
 
     /// Whether the upper end of the error is down to the target.

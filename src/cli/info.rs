@@ -3,6 +3,7 @@ use std::fmt;
 use serde::Serialize;
 
 use super::args::InfoArgs;
+use super::console::print;
 use super::error::{CliError, Outcome};
 use super::{load, memory};
 use crate::bsdf::Bsdf;
@@ -31,9 +32,9 @@ pub fn run(args: &InfoArgs) -> Result<Outcome, CliError> {
         peak_memory_bytes: memory::peak_bytes(),
     };
     if args.json {
-        println!("{}", serde_json::json!(info));
+        print(format_args!("{}\n", serde_json::json!(info)))?;
     } else {
-        print!("{info}");
+        print(info)?;
     }
     Ok(Outcome::Done)
 }

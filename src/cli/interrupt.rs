@@ -16,7 +16,7 @@ impl Interrupt {
             }
         });
         if let Err(error) = listening {
-            eprintln!("warning: Ctrl-C will not save the picture: {error}");
+            note!("warning: Ctrl-C will not save the picture: {error}");
         }
         Interrupt(asked)
     }

@@ -1,7 +1,11 @@
 //! The command line: arguments become library calls, results become text and exit codes. Nothing below knows of it.
 
+#[macro_use]
+mod console;
+
 mod args;
 mod bench;
+mod checkpoints;
 mod compare;
 mod error;
 mod error_watch;
@@ -27,12 +31,13 @@ use error::{CliError, Outcome};
 /// Runs the command that the process was started with.
 ///
 /// Exit codes: 0 done; 1 a comparison exceeded its bound, or a file could not be written; 2 the input or the
-/// arguments are wrong, nothing was written; 130 interrupted, the picture so far was written.
+/// arguments are wrong, nothing was written; 130 interrupted, the picture so far was written; 141 whoever read standard output
+/// has closed it.
 pub fn run() -> ExitCode {
     match dispatch(Arguments::parse().command) {
         Ok(outcome) => outcome.exit_code(),
         Err(error) => {
-            eprintln!("error: {error}");
+            note!("error: {error}");
             error.exit_code()
         }
     }
@@ -63,7 +68,7 @@ fn use_threads(threads: Option<usize>) -> Result<usize, CliError> {
 fn load(path: &std::path::Path) -> Result<crate::scene::SceneDesc, CliError> {
     let desc = crate::scene::load(path)?;
     for warning in &desc.warnings {
-        eprintln!("warning: {warning}");
+        note!("warning: {warning}");
     }
     Ok(desc)
 }

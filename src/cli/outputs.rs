@@ -20,6 +20,8 @@ pub struct Outputs {
     direct: Option<PicturePath>,
     every_pass: Option<PathBuf>,
     json: Option<JsonLines>,
+    /// Until the first record of this process.
+    tells_setup: bool,
     /// At which confidence, if the picture is to have layers.
     layers: Option<f64>,
     display: Display,
@@ -42,7 +44,13 @@ struct PassRecord<'a> {
 }
 
 impl Outputs {
-    pub fn check(args: &RenderArgs, desc: &SceneDesc, threads: usize) -> Result<Outputs, CliError> {
+    /// `passes_before` are those of the checkpoint that the render goes on from: what is known of them stays.
+    pub fn check(
+        args: &RenderArgs,
+        desc: &SceneDesc,
+        threads: usize,
+        passes_before: Option<u32>,
+    ) -> Result<Outputs, CliError> {
         let output = args.output.clone().unwrap_or_else(|| default_output(&desc.name, ""));
         if let Some(folder) = &args.every_pass {
             PicturePath::new(&folder.join("pass_0001.exr"))?;
@@ -53,7 +61,8 @@ impl Outputs {
             picture: PicturePath::new(&output)?,
             direct: args.direct.as_deref().map(PicturePath::new).transpose()?,
             every_pass: args.every_pass.clone(),
-            json: args.json.as_deref().map(JsonLines::create).transpose()?,
+            json: args.json.as_deref().map(|path| JsonLines::open(path, passes_before)).transpose()?,
+            tells_setup: true,
             layers: args.layers.then_some(args.confidence),
             display: Display::from(&args.run.display),
             traversal: args.run.traversal.into(),
@@ -75,14 +84,19 @@ impl Outputs {
                 seconds_in_all: seconds,
                 peak_memory_bytes: memory::peak_bytes(),
                 error,
-                setup: (pass.pass == 1).then(|| render.setup()),
+                setup: std::mem::take(&mut self.tells_setup).then(|| render.setup()),
             })?;
         }
         if let Some(folder) = &self.every_pass {
-            let path = PicturePath::new(&folder.join(format!("pass_{:04}.exr", pass.pass)))?;
+            let path = PicturePath::in_checked_folder(folder, &format!("pass_{:04}.exr", pass.pass));
             path.write(&render.picture(), &self.metadata(render, seconds), &self.display)?;
         }
         Ok(())
+    }
+
+    /// Has all records of passes reach the disk.
+    pub fn flush_statistics(&mut self) -> Result<(), CliError> {
+        self.json.as_mut().map_or(Ok(()), JsonLines::sync)
     }
 
     pub fn write(&self, render: &Render, seconds: f64) -> Result<(), CliError> {
@@ -93,7 +107,7 @@ impl Outputs {
         if let Some(direct) = &self.direct {
             direct.write(&render.direct_picture(), &metadata, &self.display)?;
         }
-        eprintln!(
+        note!(
             "{} passes in {seconds:.1} s: {} and {}",
             render.passes(),
             self.picture.exr().display(),

@@ -24,6 +24,12 @@ impl PicturePath {
         Ok(PicturePath { exr: exr.into(), png })
     }
 
+    /// A picture whose folder was found to be writable before.
+    pub fn in_checked_folder(folder: &Path, name: &str) -> PicturePath {
+        let exr = folder.join(name);
+        PicturePath { png: exr.with_extension("png"), exr }
+    }
+
     /// A picture of the same name with `suffix` before its extension.
     pub fn with_suffix(&self, suffix: &str) -> Result<PicturePath, CliError> {
         let stem = self.exr.file_stem().unwrap_or_default().to_string_lossy();
@@ -57,10 +63,7 @@ impl PicturePath {
     fn warn_of_non_finite(&self, image: &Image) {
         if let Some((x, y)) = image.first_non_finite() {
             let count = image.count_non_finite();
-            eprintln!(
-                "warning: {}: {count} pixels are not finite, the first at ({x}, {y})",
-                self.exr.display()
-            );
+            note!("warning: {}: {count} pixels are not finite, the first at ({x}, {y})", self.exr.display());
         }
     }
 

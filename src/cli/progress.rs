@@ -15,6 +15,8 @@ pub struct Budget {
 pub struct Progress {
     budget: Budget,
     started: Instant,
+    /// What the render took in processes before this one.
+    seconds_before: f64,
     bar: ProgressBar,
 }
 
@@ -32,7 +34,14 @@ impl Progress {
         }
         bar.set_prefix(what);
         bar.enable_steady_tick(Duration::from_millis(500));
-        Progress { budget, started: Instant::now(), bar }
+        Progress { budget, started: Instant::now(), seconds_before: 0.0, bar }
+    }
+
+    /// Counts on from what a process before this one did.
+    pub fn resume(&mut self, steps: u32, seconds: f64) {
+        self.seconds_before = seconds;
+        self.bar.set_position(u64::from(steps));
+        self.bar.reset_eta();
     }
 
     /// Whether the budget is spent after `steps`.
@@ -46,8 +55,9 @@ impl Progress {
         self.bar.inc(1);
     }
 
+    /// Seconds of the render so far.
     pub fn seconds(&self) -> f64 {
-        self.started.elapsed().as_secs_f64()
+        self.seconds_before + self.started.elapsed().as_secs_f64()
     }
 
     pub fn finish(&self) {

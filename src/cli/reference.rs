@@ -32,7 +32,7 @@ pub fn run(args: &ReferenceArgs) -> Result<Outcome, CliError> {
     let metadata = metadata(args, &estimator, progress.seconds());
     picture.write(&estimator.picture(), &metadata, &Display::from(&args.run.display))?;
     error.write_exr(&estimator.standard_error(), &metadata)?;
-    eprintln!(
+    note!(
         "{} samples a pixel in {:.1} s: {}, {} and {}",
         estimator.samples(),
         progress.seconds(),
@@ -60,7 +60,7 @@ fn name(method: Method) -> &'static str {
 fn tell_what_is_missing(scene: &Scene) {
     let share = share_seen_specular(scene);
     if share > 0.0 {
-        eprintln!(
+        note!(
             "note: {:.1} % of the pixels show surfaces that mirror or refract; light tracing misses what is seen in them",
             100.0 * share
         );

@@ -1,10 +1,12 @@
 use super::args::RenderArgs;
+use super::checkpoints::Checkpoints;
 use super::error::{CliError, Outcome};
 use super::error_watch::{ErrorWatch, percent};
 use super::interrupt::Interrupt;
 use super::outputs::Outputs;
 use super::progress::{Budget, Progress};
 use super::{load, use_threads};
+use crate::checkpoint::Checkpoint;
 use crate::ppm::{ErrorEstimates, Render, Settings};
 use crate::scene::{Scene, SceneDesc};
 
@@ -15,36 +17,111 @@ pub fn run(args: &RenderArgs) -> Result<Outcome, CliError> {
     desc.film = args.run.size.unwrap_or(desc.film);
     let settings = settings(args, &desc);
     check_target(args, &settings)?;
-    let mut outputs = Outputs::check(args, &desc, threads)?;
+    let mut checkpoints = Checkpoints::open(args, &desc, &settings)?;
+    let resumed = match &mut checkpoints {
+        Some(checkpoints) if args.resume => checkpoints.load()?,
+        _ => None,
+    };
+    let passes_before = resumed.as_ref().map(|checkpoint| checkpoint.render.passes());
+    let outputs = Outputs::check(args, &desc, threads, passes_before)?;
     let budget = budget(args, &desc);
     let scene = Scene::with_traversal(desc, args.run.traversal.into())?;
     let interrupt = Interrupt::listen();
     let progress = Progress::start("pass", budget);
-    let mut render = Render::new(&scene, settings);
+    let render = Render::new(&scene, settings);
     announce(args, &render);
-    let mut errors = ErrorWatch::new(args.target_error, args.confidence, &settings);
-    while !(progress.is_over(render.passes()) || errors.is_met() || interrupt.is_asked()) {
-        let pass = render.pass();
-        let seconds = progress.seconds();
-        let error = errors.after_pass(&render, seconds);
-        outputs.after_pass(&render, &pass, error, seconds)?;
-        let speed = format!("{:.0} photons/s", settings.photons as f64 / pass.seconds);
-        progress.step(format!("{} {speed}", errors.message(seconds)));
+    let errors = ErrorWatch::new(args.target_error, args.confidence, &settings);
+    let mut session = Session { render, errors, progress, outputs, checkpoints };
+    if let Some(checkpoint) = resumed {
+        session.resume(checkpoint)?;
     }
-    progress.finish();
-    outputs.write(&render, progress.seconds())?;
-    if let Some(summary) = errors.summary() {
-        eprintln!("{summary}");
-    }
+    // Whatever ended the passes, what they brought is written.
+    let ended = session.render_until(&interrupt);
+    let finished = session.finish();
+    first_error([ended, finished])?;
     Ok(if interrupt.is_asked() { Outcome::Interrupted } else { Outcome::Done })
+}
+
+/// A render under way, and all that follows it.
+struct Session<'s> {
+    render: Render<'s>,
+    errors: ErrorWatch,
+    progress: Progress,
+    outputs: Outputs,
+    checkpoints: Option<Checkpoints>,
+}
+
+impl Session<'_> {
+    fn resume(&mut self, checkpoint: Checkpoint) -> Result<(), CliError> {
+        let Some(checkpoints) = &self.checkpoints else { return Ok(()) };
+        self.errors.resume(&checkpoint.run.errors);
+        self.progress.resume(checkpoint.render.passes(), checkpoint.run.seconds);
+        checkpoints.restore(&mut self.render, checkpoint)
+    }
+
+    fn render_until(&mut self, interrupt: &Interrupt) -> Result<(), CliError> {
+        while !self.is_over(interrupt) {
+            self.pass()?;
+            if self.checkpoints.as_ref().is_some_and(Checkpoints::is_due) && !self.is_over(interrupt) {
+                self.checkpoint_if_possible();
+            }
+        }
+        Ok(())
+    }
+
+    fn is_over(&self, interrupt: &Interrupt) -> bool {
+        self.progress.is_over(self.render.passes()) || self.errors.is_met() || interrupt.is_asked()
+    }
+
+    fn pass(&mut self) -> Result<(), CliError> {
+        let pass = self.render.pass();
+        let seconds = self.progress.seconds();
+        let error = self.errors.after_pass(&self.render, seconds);
+        self.outputs.after_pass(&self.render, &pass, error, seconds)?;
+        let speed = format!("{:.0} photons/s", self.render.settings().photons as f64 / pass.seconds);
+        self.progress.step(format!("{} {speed}", self.errors.message(seconds)));
+        Ok(())
+    }
+
+    /// A disk that is full now may have room when the next one is due: the render goes on.
+    fn checkpoint_if_possible(&mut self) {
+        if let Err(error) = self.checkpoint() {
+            note!("warning: no checkpoint after {} passes: {error}", self.render.passes());
+        }
+    }
+
+    /// Statistics first: those of the passes in the checkpoint will not be made again.
+    fn checkpoint(&mut self) -> Result<(), CliError> {
+        let Some(checkpoints) = &mut self.checkpoints else { return Ok(()) };
+        self.outputs.flush_statistics()?;
+        Ok(checkpoints.save(&self.render, &self.errors, self.progress.seconds())?)
+    }
+
+    fn finish(&mut self) -> Result<(), CliError> {
+        self.progress.finish();
+        let kept = self.checkpoint();
+        let written = self.outputs.write(&self.render, self.progress.seconds());
+        if let Some(summary) = self.errors.summary() {
+            note!("{summary}");
+        }
+        first_error([kept, written])
+    }
+}
+
+/// The first error; the others are told.
+fn first_error<const N: usize>(results: [Result<(), CliError>; N]) -> Result<(), CliError> {
+    let mut errors = results.into_iter().filter_map(Result::err);
+    let Some(first) = errors.next() else { return Ok(()) };
+    errors.for_each(|error| note!("error: {error}"));
+    Err(first)
 }
 
 fn announce(args: &RenderArgs, render: &Render) {
     let found = if render.settings().radius.is_some() { "" } else { " (found: two pixels wide)" };
-    eprintln!("{} hit points, radius {:.4}{found}", render.setup().hit_points, render.setup().radius);
+    note!("{} hit points, radius {:.4}{found}", render.setup().hit_points, render.setup().radius);
     let Some(target) = args.target_error else { return };
     let (target, confidence) = (percent(target), percent(args.confidence));
-    eprintln!(
+    note!(
         "target: relative error (√relMSE over all pixels and channels, as `caustica compare` has it) at most {target} with {confidence} confidence"
     );
 }

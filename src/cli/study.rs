@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::args::StudyArgs;
+use super::console::print;
 use super::error::{CliError, Outcome};
 use super::interrupt::Interrupt;
 use super::{load, use_threads};
@@ -34,7 +35,7 @@ pub fn run(args: &StudyArgs) -> Result<Outcome, CliError> {
     let baseline = baseline(&desc, settings, args.seed)?;
     let configurations = configurations(baseline, &axes(args));
     if args.list {
-        list(&configurations, &subject);
+        list(&configurations, &subject)?;
         return Ok(Outcome::Done);
     }
     let study = Study { args, subject, machine: Machine::detect()?, watch: Overseer::new(args) };
@@ -71,11 +72,12 @@ fn axes(args: &StudyArgs) -> Vec<Axis> {
     if args.axes.is_empty() { Axis::ALL.to_vec() } else { args.axes.clone() }
 }
 
-fn list(configurations: &[Configuration], subject: &Subject) {
+fn list(configurations: &[Configuration], subject: &Subject) -> Result<(), CliError> {
     for configuration in configurations {
         let command = configuration.command(subject, 64, 1);
-        println!("{:<10} {:<24} {command}", configuration.axis, configuration.name);
+        print(format_args!("{:<10} {:<24} {command}\n", configuration.axis, configuration.name))?;
     }
+    Ok(())
 }
 
 /// A study under way.
@@ -104,7 +106,7 @@ impl Study<'_> {
         }
         let mut journal = Journal::open(&folder.join("measurements.jsonl"))?;
         if journal.was_torn() {
-            eprintln!(
+            note!(
                 "warning: the last line of {} was torn, and is left out",
                 folder.join("measurements.jsonl").display()
             );
@@ -124,7 +126,7 @@ impl Study<'_> {
         self.watch.bar.borrow().finish_and_clear();
         measured?;
         let now = journal.runs().len() - finished;
-        eprintln!("{now} runs measured now; {finished} were noted before, those of other settings included");
+        note!("{now} runs measured now; {finished} were noted before, those of other settings included");
         let report = StudyReport::new(
             &plan,
             &self.subject,
@@ -149,12 +151,12 @@ impl Study<'_> {
         let made = reference::make(desc, &recipe, &self.args.output, &self.watch)?;
         self.watch.bar.borrow().finish_and_clear();
         let Some(reference) = made else {
-            eprintln!("stopped before the reference was whole; the same command goes on with it");
+            note!("stopped before the reference was whole; the same command goes on with it");
             return Ok(None);
         };
         if let Some(manifest) = &reference.manifest {
             let origin = if reference.cached { "was there" } else { "was made" };
-            eprintln!(
+            note!(
                 "reference {} {origin}: {} renders of {} passes; halves differ by {:.2} %, so its own error is about {:.2} %",
                 reference.path.display(),
                 manifest.renders,
@@ -185,11 +187,11 @@ impl Study<'_> {
         write(&folder.join("study.json"), &format!("{:#}\n", serde_json::json!(report)))?;
         write(&folder.join("study.csv"), &report.points().to_csv())?;
         write(&html, &page(report, gallery))?;
-        print!("{}", without_commands(prices(report)).to_text());
+        print(without_commands(prices(report)).to_text())?;
         if !report.complete {
-            eprintln!("not all was measured; the same command goes on with it");
+            note!("not all was measured; the same command goes on with it");
         }
-        eprintln!("wrote {}, and study.json and study.csv beside it", html.display());
+        note!("wrote {}, and study.json and study.csv beside it", html.display());
         Ok(())
     }
 }

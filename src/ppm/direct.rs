@@ -1,6 +1,7 @@
 //! Direct light at the hit points: exact from point lights, sampled anew in each pass from area lights.
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::HitPoint;
 use crate::math::{DVec3, Ray, Rgb, Rng, Stream};
@@ -10,12 +11,25 @@ use crate::scene::Scene;
 #[derive(Clone, Debug)]
 pub struct DirectPass {
     from_points: Vec<Rgb>,
-    /// Sums over passes; empty where no light has an area.
-    from_areas: Vec<DVec3>,
     /// Whose random numbers each hit point draws; empty where none are drawn.
     keys: Vec<u32>,
-    passes: u32,
+    sampled: Sampled,
+}
+
+/// What grows from pass to pass.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Sampled {
+    /// Sums over passes; empty where no light has an area.
+    from_areas: Vec<DVec3>,
+    pub(super) passes: u32,
     rays: u64,
+}
+
+impl Sampled {
+    /// Whether both are of as many hit points.
+    pub(super) fn is_like(&self, other: &Sampled) -> bool {
+        self.from_areas.len() == other.from_areas.len()
+    }
 }
 
 impl DirectPass {
@@ -27,10 +41,12 @@ impl DirectPass {
         let areas = if scene.lights().any_area() { hit_points.len() } else { 0 };
         let mut direct = DirectPass {
             from_points: exact.iter().map(|d| d.irradiance).collect(),
-            from_areas: vec![DVec3::ZERO; areas],
             keys: if areas > 0 { keys } else { Vec::new() },
-            passes: 0,
-            rays: exact.iter().map(|d| u64::from(d.shadow_rays)).sum(),
+            sampled: Sampled {
+                from_areas: vec![DVec3::ZERO; areas],
+                passes: 0,
+                rays: exact.iter().map(|d| u64::from(d.shadow_rays)).sum(),
+            },
         };
         direct.add_pass(scene, hit_points, seed);
         direct
@@ -38,8 +54,9 @@ impl DirectPass {
 
     /// Adds one sample of the area lights at every hit point, so that their noise falls with the passes.
     pub fn add_pass(&mut self, scene: &Scene, hit_points: &[HitPoint], seed: u64) {
-        let pass = self.passes;
-        let rays: u64 = self
+        let sampled = &mut self.sampled;
+        let pass = sampled.passes;
+        let rays: u64 = sampled
             .from_areas
             .par_iter_mut()
             .zip(hit_points)
@@ -51,8 +68,8 @@ impl DirectPass {
                 u64::from(sample.shadow_rays)
             })
             .sum();
-        self.rays += rays;
-        self.passes += 1;
+        sampled.rays += rays;
+        sampled.passes += 1;
     }
 
     /// The shadow rays that [`DirectPass::new`] casts, hit point by hit point, each keyed by its place.
@@ -71,22 +88,31 @@ impl DirectPass {
 
     /// Whether any of it is sampled, and so changes from pass to pass.
     pub fn is_sampled(&self) -> bool {
-        !self.from_areas.is_empty()
+        !self.sampled.from_areas.is_empty()
     }
 
     /// The part of [`DirectPass::irradiance`] that is sampled.
     pub fn irradiance_from_areas(&self, index: usize) -> DVec3 {
-        self.from_areas.get(index).map_or(DVec3::ZERO, |sum| *sum / f64::from(self.passes))
+        let Sampled { from_areas, passes, .. } = &self.sampled;
+        from_areas.get(index).map_or(DVec3::ZERO, |sum| *sum / f64::from(*passes))
     }
 
     /// Shadow rays cast so far.
     pub fn rays(&self) -> u64 {
-        self.rays
+        self.sampled.rays
     }
 
     /// Heap memory, in bytes.
     pub fn memory_bytes(&self) -> usize {
-        size_of_val(&*self.from_points) + size_of_val(&*self.from_areas) + size_of_val(&*self.keys)
+        size_of_val(&*self.from_points) + size_of_val(&*self.sampled.from_areas) + size_of_val(&*self.keys)
+    }
+
+    pub(super) fn sampled(&self) -> &Sampled {
+        &self.sampled
+    }
+
+    pub(super) fn set_sampled(&mut self, sampled: Sampled) {
+        self.sampled = sampled;
     }
 }
 

@@ -1,3 +1,5 @@
+use serde::{Deserialize, Serialize};
+
 use super::{GatherState, PassSum};
 
 /// The parts of a disc: four quadrants of the inner half of its area, and four of the outer.
@@ -13,7 +15,7 @@ const CRITICAL: f64 = 18.475;
 const FIRST_TEST: f64 = 32.0;
 
 /// What a pass brought to the parts of a hit point's disc.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct PartSums {
     /// Flux of each part (W, mean of the channels).
     pub(super) flux: [f64; PARTS],
@@ -30,7 +32,7 @@ pub(super) struct PartSums {
 /// # Source
 /// Lin, Li, Zeng, Zhang, Jia, Wang and Yan, "CPPM: Chi-Squared Progressive Photon Mapping", ACM Transactions on Graphics 39(6),
 /// 2020, for the test; parts, schedule of tests and shrinking are this project's.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct TestedState {
     pub(super) state: GatherState,
     parts: PartSums,

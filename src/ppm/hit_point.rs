@@ -1,5 +1,7 @@
 use std::f64::consts::PI;
 
+use serde::{Deserialize, Serialize};
+
 use crate::math::{DVec3, Rgb};
 use crate::scene::Receiver;
 
@@ -28,7 +30,7 @@ pub struct PassSum {
 }
 
 /// The progressive statistics of a hit point: radius `R`, photon count `N` and flux `τ`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GatherState {
     /// `R²`.
     pub radius2: f64,

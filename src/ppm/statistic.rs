@@ -1,4 +1,7 @@
+use std::mem::discriminant;
+
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::evenness::{PartSums, TestedState};
 use super::{GatherState, PassSum, RadiusPolicy};
@@ -73,7 +76,7 @@ impl Statistic for TestedState {
 }
 
 /// [`GatherState`] in f32.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct SingleState {
     radius2: f32,
     photons: f32,
@@ -118,7 +121,7 @@ impl Statistic for SingleState {
 }
 
 /// The statistics of all hit points, in the order of the tree.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) enum Statistics {
     Double(Vec<GatherState>),
     Single(Vec<SingleState>),
@@ -154,6 +157,11 @@ impl Statistics {
             Statistics::Single(states) => states.len(),
             Statistics::Tested(states) => states.len(),
         }
+    }
+
+    /// Whether both are of the same kind, and of as many hit points.
+    pub(super) fn is_like(&self, other: &Statistics) -> bool {
+        discriminant(self) == discriminant(other) && self.len() == other.len()
     }
 
     /// Scales `R²` of all by the same ratio.

@@ -1,4 +1,5 @@
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::radius_trend::{RadiusTrend, TrendSums};
 use crate::math::DVec3;
@@ -17,7 +18,7 @@ const PARTS: u32 = 6;
 /// Hachisuka, Jarosz and Jensen, "A Progressive Error Estimation Framework for Photon Density Estimation", SIGGRAPH
 /// Asia 2010, for the variance from passes; Knaus and Zwicker, "Progressive Photon Mapping: A Probabilistic
 /// Approach", ACM Transactions on Graphics 30(3), 2011, for their independence.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct BatchMeans {
     /// Of every pixel whose number is a multiple of `step`.
     pixels: Vec<Moments>,
@@ -36,7 +37,7 @@ pub(crate) struct BatchMeans {
 }
 
 /// The sums of one pixel.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Moments {
     /// `Σ D_b = n L_n`.
     sum: DVec3,
@@ -105,6 +106,11 @@ impl BatchMeans {
     /// The distance between pixels that are looked at: 1 if all are.
     pub(crate) fn step(&self) -> usize {
         self.step
+    }
+
+    /// Whether both look at the same pixels.
+    pub(crate) fn is_like(&self, other: &BatchMeans) -> bool {
+        (self.pixels.len(), self.step) == (other.pixels.len(), other.step)
     }
 
     /// The variance of a pixel's mean; infinite below two batches, where nothing is known of it, and for pixels that are

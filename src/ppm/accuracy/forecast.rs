@@ -1,4 +1,4 @@
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::PictureError;
 use crate::math::PowerLaw;
@@ -13,14 +13,14 @@ const MAX_PASSES: f64 = 1e12;
 
 /// Where the error of a render has been, and from that where it is going: noise by the power law that it followed so far, bias,
 /// which is hard to see, by the one that it follows in theory.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Forecast {
     history: Vec<Point>,
     /// `s` in `bias ~ passes^-s`.
     bias_exponent: f64,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Point {
     passes: f64,
     seconds: f64,

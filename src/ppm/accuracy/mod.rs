@@ -21,7 +21,7 @@ pub use forecast::{Forecast, Outlook};
 pub use layers::Layers;
 
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::develop::radiance;
 use super::{Render, Settings};
@@ -54,7 +54,7 @@ pub struct PixelError {
 
 /// The error of the whole picture: that by which `compare` judges it, √relMSE = `√(mean of e² / (L² + ε))` over pixels and
 /// channels, with ε = [`REL_MSE_EPSILON`].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PictureError {
     /// Passes that the estimate rests on.
     pub passes: u32,

@@ -1,3 +1,5 @@
+use serde::{Deserialize, Serialize};
+
 use crate::math::DVec3;
 
 /// The regression of batches on the squared radius that they were gathered with: what a disc of radius `R` adds to the light
@@ -10,14 +12,14 @@ use crate::math::DVec3;
 /// # Source
 /// Hachisuka, Jarosz and Jensen, "A Progressive Error Estimation Framework for Photon Density Estimation", SIGGRAPH
 /// Asia 2010, equation 10, for `B ~ R²`; they find its factor by derivatives of kernels, not from the radii of the passes.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct RadiusTrend {
     /// `Σ n`, `Σ n q`, `Σ n q²`, `Σ n q³`.
     powers: [f64; 4],
 }
 
 /// The sums of one pixel that the trend makes a bias of.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct TrendSums {
     /// `Σ q D`.
     first: DVec3,
