@@ -12,6 +12,40 @@ use caustica::ppm::{Render, Settings};
 use caustica::reference::{Estimator, Method};
 use caustica::scene::{self, Scene, SceneDesc};
 
+/// A scene file of area lights, a point light, and glass.
+pub const GLASS_AND_LAMPS: &str = r#"
+[film]
+width = 48
+height = 40
+[camera]
+position = [0, 60, 180]
+look_at = [0, 60, 0]
+fov = 52
+[material.white]
+diffuse = { albedo = [0.7, 0.7, 0.7] }
+[material.glass]
+dielectric = { ior = 1.5 }
+[material.lamp]
+diffuse = { albedo = [0, 0, 0] }
+emission = [50, 50, 40]
+[[point_light]]
+position = [0, 100, 0]
+intensity = [3000, 3000, 3000]
+[[sphere]]
+center = [0, 30, 0]
+radius = 20
+material = "glass"
+[[quad]]
+corners = [[-100, 0, -100], [-100, 0, 100], [100, 0, 100], [100, 0, -100]]
+material = "white"
+[[quad]]
+corners = [[-100, 0, -60], [100, 0, -60], [100, 120, -60], [-100, 120, -60]]
+material = "white"
+[[quad]]
+corners = [[-10, 110, -10], [10, 110, -10], [10, 110, 10], [-10, 110, 10]]
+material = "lamp"
+"#;
+
 pub fn data(name: &str) -> PathBuf {
     write_water_surface();
     Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(name)
