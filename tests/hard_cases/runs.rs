@@ -122,7 +122,7 @@ fn wait_for_lines(child: &mut Child, lines: usize) -> BufReader<std::process::Ch
 /// Breaks: sums follow the order in which threads happen to finish, so no two renders are alike, or more threads than there
 /// are tasks leave some out.
 ///
-/// Mutation: `photon_pass` cuts its paths into one chunk a thread.
+/// Mutation: `PhotonPass::trace` keys the random numbers of photons by the thread that follows them, too.
 #[test]
 fn pictures_do_not_depend_on_threads() {
     let bench = Bench::new();
@@ -196,6 +196,26 @@ fn wait_for_a_new_checkpoint(bench: &Bench, child: &mut Child) {
 fn records(jsonl: &[u8]) -> Vec<serde_json::Value> {
     let text = std::str::from_utf8(jsonl).unwrap();
     text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+/// A render that is to stop at an error stops at the same pass, with the same bytes, however often it was resumed, even after
+/// it had stopped there.
+///
+/// Breaks: what was known of the error is lost, so the end depends on where the stops were, and a command that is given once more
+/// changes the picture.
+///
+/// Mutation: `ErrorWatch::resume` forgets the last look.
+#[test]
+fn targets_are_met_at_the_same_pass() {
+    let bench = Bench::new();
+    let target = "--radius 4 --target-error 5%";
+    bench.succeed(&format!("{target} -o whole.exr --json whole.jsonl"));
+    let passes = records(&bench.read("whole.jsonl")).len();
+    for stop in [3, 7, passes - 1, 1_000_000, 1_000_000] {
+        let resumed = bench.succeed(&format!("{target} --resume -o a.exr --passes {stop}"));
+        assert!(resumed.contains(&format!("\n{} passes in", stop.min(passes))), "{resumed}");
+    }
+    assert!(bench.read("a.exr") == bench.read("whole.exr"), "the picture is another one");
 }
 
 /// A render that INT, TERM or HUP ends keeps a checkpoint of its last pass beside the picture so far, and goes on from it, also to
@@ -297,15 +317,15 @@ fn a_damaged_checkpoint_gives_way_to_the_one_before() {
     bench.fail(&format!("{render} --passes 6"), 2, &["a.checkpoint: damaged", "remove it to start anew"]);
 }
 
-/// Memory after 10,000 passes is that after 500, within 1 %.
+/// Memory after 10,000 passes, with checkpoints on the way, is that after 500, within 1 %.
 ///
 /// Breaks: something is kept of every pass, and a render that runs for days is killed by the system.
 ///
-/// Mutation: `Render::pass` keeps the positions of its photons.
+/// Mutation: `Render::pass` keeps the positions of all photons.
 #[test]
 fn memory_stays_flat_over_ten_thousand_passes() {
     let bench = Bench::new();
-    bench.succeed("-o a.exr --size 8x8 --samples 1 --photons 100 --passes 10000 --threads 2 --json a.jsonl");
+    bench.succeed("-o a.exr --size 8x8 --samples 1 --photons 100 --passes 10000 --threads 2 --json a.jsonl --checkpoint-every 0.1");
     let records = records(&bench.read("a.jsonl"));
     let peak = |pass: usize| records[pass - 1]["peak_memory_bytes"].as_f64().unwrap();
     let growth = peak(10_000) / peak(500);
@@ -444,7 +464,7 @@ fn leftovers_of_killed_renders_are_removed() {
 ///
 /// Breaks: a reader like `head` ends the render in a panic, and the picture is lost.
 ///
-/// Mutation: `console::print` prints by `print!`, and `note!` by `eprintln!`.
+/// Mutation: `console::print` prints by `print!`; and another one, `note!` by `eprintln!`.
 #[test]
 fn closed_pipes_are_told_and_lose_nothing() {
     let bench = Bench::new();
