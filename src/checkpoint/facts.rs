@@ -211,11 +211,13 @@ mod tests {
         assert!(names.contains("traversal: ") && names.contains("embree: "), "{names}");
     }
 
+    type Change = fn(&mut SceneDesc);
+
     #[test]
     fn every_part_of_the_scene_is_named() {
         let ours = desc();
         let settings = Settings::of_scene(&ours.render);
-        let changes: [(&str, fn(&mut SceneDesc)); 9] = [
+        let changes: [(&str, Change); 9] = [
             ("size", |desc| desc.film.width = 7),
             ("camera look_at", |desc| desc.camera.look_at.x += 1e-3),
             ("camera fov", |desc| desc.camera.fov_degrees += 0.1),

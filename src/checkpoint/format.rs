@@ -36,7 +36,7 @@ fn write_hashed(checkpoint: &Checkpoint, out: &mut Hashed) -> io::Result<()> {
 /// Reads a checkpoint. Memory is a small multiple of the length of `bytes`, whatever they are.
 ///
 /// # Errors
-/// A [`FormatError`] for any bytes that [`write`] did not write, or that a program with another layout wrote.
+/// A [`FormatError`] for any bytes that [`write()`] did not write, or that a program with another layout wrote.
 pub fn parse(bytes: &[u8]) -> Result<Checkpoint<'static>, FormatError> {
     if !bytes.starts_with(&MARK) {
         return Err(FormatError::NotACheckpoint);
