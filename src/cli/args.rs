@@ -59,8 +59,9 @@ Examples:
   caustica render data/course_water.toml --target-error 5% --confidence 90% --layers
   caustica render data/course_water.toml --passes 100000 --checkpoint out/water.checkpoint --resume
 
-Ctrl-C finishes the pass under way and writes the picture, and the checkpoint where one is kept; a second one stops at
-once. The last command may be killed and given again at any time. docs/long-runs.md tells more.")]
+Ctrl-C finishes the pass under way and writes the picture, and the checkpoint where one is kept;
+a second one stops at once. The last command may be killed and given again at any time.
+docs/long-runs.md tells more.")]
 pub struct RenderArgs {
     /// The scene (TOML)
     pub scene: PathBuf,
