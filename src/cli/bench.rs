@@ -41,7 +41,7 @@ fn run_on_generated_scenes(args: &BenchArgs) -> Result<Outcome, CliError> {
 }
 
 fn run_leaks(args: &BenchArgs, rays: u64) -> Result<Outcome, CliError> {
-    let report = leaks::measure(rays, |mesh| eprintln!("{mesh}"))?;
+    let report = leaks::measure(rays, |mesh| note!("{mesh}"))?;
     write(args, &report, &report.page())
 }
 

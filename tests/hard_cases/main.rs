@@ -11,8 +11,8 @@
 mod common;
 mod rooms;
 
-mod glass;
 mod furnace;
+mod glass;
 mod interfaces;
 mod lights;
 mod meshes;
