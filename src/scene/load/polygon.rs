@@ -58,16 +58,32 @@ fn area(ring: &[Point]) -> f64 {
     0.5 * ring.windows(2).map(|pair| turn(ring[0], pair[0], pair[1])).sum::<f64>()
 }
 
+/// How often corners that were no ears are all looked at again. In a polygon that does not cross itself, clipping an
+/// ear makes ears of its neighbours alone, so that never helps; in others it must end.
+const MOST_ROUNDS: usize = 8;
+
 fn clip_ears(points: &[Point]) -> Vec<[usize; 3]> {
     let mut ring = Vec::from_iter(0..points.len());
+    let mut no_ear = vec![false; points.len()];
     let mut triangles = Vec::new();
-    let mut cursor = 0;
+    let (mut cursor, mut rounds) = (0, 0);
     while ring.len() > 3 {
         let n = ring.len();
-        let Some(ear) = (cursor..cursor + n).map(|i| i % n).find(|&i| is_ear(points, &ring, i)) else {
-            break;
+        let ear = (cursor..cursor + n).map(|i| i % n).find(|&i| {
+            no_ear[ring[i]] = no_ear[ring[i]] || !is_ear(points, &ring, i);
+            !no_ear[ring[i]]
+        });
+        let Some(ear) = ear else {
+            rounds += 1;
+            if rounds > MOST_ROUNDS {
+                break;
+            }
+            no_ear.fill(false);
+            continue;
         };
-        triangles.push([ring[(ear + n - 1) % n], ring[ear], ring[(ear + 1) % n]]);
+        let (before, after) = (ring[(ear + n - 1) % n], ring[(ear + 1) % n]);
+        triangles.push([before, ring[ear], after]);
+        (no_ear[before], no_ear[after]) = (false, false);
         ring.remove(ear);
         cursor = ear;
     }
@@ -80,7 +96,7 @@ fn is_ear(points: &[Point], ring: &[usize], i: usize) -> bool {
     let corners = [(i + n - 1) % n, i, (i + 1) % n].map(|k| points[ring[k]]);
     let [a, b, c] = corners;
     let holds = |p: Point| turn(a, b, p) >= 0.0 && turn(b, c, p) >= 0.0 && turn(c, a, p) >= 0.0;
-    turn(a, b, c) > 0.0 && !ring.iter().map(|&k| points[k]).any(|p| !corners.contains(&p) && holds(p))
+    turn(a, b, c) > 0.0 && !ring.iter().map(|&k| points[k]).any(|p| holds(p) && !corners.contains(&p))
 }
 
 #[cfg(test)]
@@ -158,6 +174,15 @@ mod tests {
         assert_eq!(triangulate(&notched), None);
         notched.pop();
         check(&notched, &triangulate(&notched).unwrap());
+    }
+
+    /// No round of looking again helps these, so the number of rounds is what bounds the work.
+    #[test]
+    fn a_polygon_that_crosses_itself_everywhere_ends() {
+        let n = MAX_CONCAVE;
+        let mut rng = crate::math::Rng::new(1, crate::math::Stream::Eye, 0, 0);
+        let corners: Vec<Vec3> = (0..n).map(|_| rng.next_vec2().extend(0.0)).collect();
+        assert_eq!(triangulate(&corners).unwrap().len(), n - 2);
     }
 
     proptest! {
