@@ -38,6 +38,7 @@ pub mod cli;
 pub mod compare;
 pub mod embree;
 pub mod film;
+pub mod input;
 pub mod light;
 pub mod math;
 pub mod output;

@@ -21,7 +21,7 @@ pub use crate::embree::{Coherence, HitPacket, RayPacket, Row};
 pub use desc::{CameraDesc, FilmDesc, Material, PointLightDesc, RenderDesc, SceneDesc, SphereDesc};
 pub use direct::DirectLight;
 pub use error::SceneError;
-pub use load::load;
+pub use load::{Access, Limits, load, load_with};
 pub use mesh::Mesh;
 pub use surface::{Receiver, SurfaceHit};
 pub use surface_packet::SurfacePacket;

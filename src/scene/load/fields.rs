@@ -1,6 +1,7 @@
 //! Tables and values of a scene file, read field by field, with errors that say what is allowed.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use toml::Spanned;
@@ -111,11 +112,6 @@ impl<'a> Fields<'a> {
     pub fn whereabouts(&self) -> String {
         format!("{}:{}", self.source.path.display(), self.source.line(&self.span))
     }
-
-    /// A whole number, or `default` where the field is absent.
-    pub fn integer_or(&self, name: &str, default: u64, range: (u64, u64)) -> Result<u64, SceneError> {
-        self.optional(name).map_or(Ok(default), |field| field.integer(range))
-    }
 }
 
 impl<'a> Field<'a> {
@@ -131,10 +127,9 @@ impl<'a> Field<'a> {
 
     /// The value as it is written, cut short.
     fn shown(&self) -> String {
-        const LONGEST: usize = 40;
         let written = self.source.text.get(self.value.span()).unwrap_or_default();
         let line = written.lines().next().unwrap_or_default();
-        let short: String = line.chars().take(LONGEST).collect();
+        let short: String = line.chars().take(LONGEST_SHOWN).collect();
         if short.len() < written.len() { format!("{short}...") } else { short }
     }
 
@@ -175,7 +170,7 @@ impl<'a> Field<'a> {
     /// The `N` elements of an array; `what` names them.
     pub fn elements<const N: usize>(&self, what: &str) -> Result<[Field<'a>; N], SceneError> {
         let allowed = || self.wrong(&format!("an array of {N} {what}"));
-        let array = self.value.get_ref().as_array().ok_or_else(allowed)?;
+        let array = self.value.get_ref().as_array().filter(|array| array.len() == N).ok_or_else(allowed)?;
         let element = |(i, value): (usize, _)| Field {
             source: self.source,
             place: self.place.clone(),
@@ -213,16 +208,35 @@ impl<'a> Field<'a> {
         Ok(Fields { source: self.source, table, span: self.value.span(), place })
     }
 
-    /// The position of this name among `known` names of materials.
-    pub fn choice(&self, known: &[&str]) -> Result<usize, SceneError> {
+    /// The position of this name among `known` ones.
+    pub fn choice(&self, known: &Names) -> Result<usize, SceneError> {
         let name = self.string()?;
-        let unknown = || self.error(format!(": unknown name {}", unknown_name(name, known)));
-        known.iter().position(|k| *k == name).ok_or_else(unknown)
+        let unknown = || self.error(format!(": unknown name {}", unknown_name(name, &known.in_order)));
+        known.positions.get(name).copied().ok_or_else(unknown)
     }
 }
 
+/// Names that may be chosen from, each once.
+pub(super) struct Names<'a> {
+    in_order: Vec<&'a str>,
+    positions: BTreeMap<&'a str, usize>,
+}
+
+impl<'a> FromIterator<&'a str> for Names<'a> {
+    fn from_iter<I: IntoIterator<Item = &'a str>>(names: I) -> Names<'a> {
+        let in_order: Vec<&str> = names.into_iter().collect();
+        Names { positions: in_order.iter().copied().zip(0..).collect(), in_order }
+    }
+}
+
+/// More of a value or a name is not shown.
+const LONGEST_SHOWN: usize = 40;
+
 /// Longer names than this are not compared: that takes the product of their lengths.
 const LONGEST_COMPARED: usize = 64;
+
+/// More names than these are not listed.
+const MOST_LISTED: usize = 20;
 
 /// "`nmae`; did you mean `name`? allowed: `name`, `other`".
 fn unknown_name(name: &str, known: &[&str]) -> String {
@@ -230,9 +244,21 @@ fn unknown_name(name: &str, known: &[&str]) -> String {
     let closest = comparable.map(|k| (edit_distance(name, k), k)).min_by_key(|(distance, _)| *distance);
     let close_enough = closest.filter(|(distance, k)| *distance <= k.len().div_ceil(2));
     let hint = close_enough.map_or(String::new(), |(_, k)| format!(" did you mean `{k}`?"));
-    let quoted: Vec<String> = known.iter().map(|k| format!("`{k}`")).collect();
-    let list = if quoted.is_empty() { String::from("none, as there are none") } else { quoted.join(", ") };
-    format!("`{name}`;{hint} allowed: {list}")
+    let quoted: Vec<String> = known.iter().take(MOST_LISTED).map(|k| format!("`{}`", shortened(k))).collect();
+    let list = match known.len() {
+        0 => String::from("none, as there are none"),
+        n if n > MOST_LISTED => format!("{} and {} more", quoted.join(", "), n - MOST_LISTED),
+        _ => quoted.join(", "),
+    };
+    format!("`{}`;{hint} allowed: {list}", shortened(name))
+}
+
+/// A word of a file as far as it fits into a message.
+pub(super) fn shortened(word: &str) -> Cow<'_, str> {
+    match word.char_indices().nth(LONGEST_SHOWN) {
+        Some((end, _)) => Cow::Owned(format!("{}...", &word[..end])),
+        None => Cow::Borrowed(word),
+    }
 }
 
 /// The number of characters to insert, delete or replace (Levenshtein's distance).
@@ -276,7 +302,7 @@ mod tests {
     #[test]
     fn long_values_are_shown_cut() {
         let text = format!("a = \"{}\"\nb = [\n1]", "x".repeat(90));
-        let source = Source { path: std::path::Path::new("s"), text: &text };
+        let source = Source::new(std::path::Path::new("s"), &text);
         let table = DeTable::parse(&text).unwrap();
         let root = Fields::root(&source, &table, &["a", "b"]).unwrap();
         assert_eq!(root.optional("a").unwrap().shown(), format!("\"{}...", "x".repeat(39)));

@@ -1,16 +1,20 @@
 //! The tables `[[mesh]]`: an OBJ file, where it goes, its normals and materials.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use super::super::{Material, Mesh, SceneError};
-use super::fields::{Field, Fields};
+use super::access::{Denial, Reader};
+use super::fields::{Field, Fields, Names};
 use super::obj::{self, Obj, is_traceable};
-use super::source::{file_error, read_bytes};
+use super::source::file_error;
 use super::transform::Transform;
-use super::{mtl, objects};
+use super::{Found, mtl, objects};
 use crate::bsdf::Bsdf;
 use crate::math::{Rgb, Vec3};
+
+/// More libraries of one mesh are not read: a line of a few bytes could ask for the same large file again and again.
+const MOST_LIBRARIES: usize = 64;
 
 /// Where shading normals come from.
 #[derive(Clone, Copy, PartialEq)]
@@ -25,6 +29,7 @@ enum Normals {
 /// A `[[mesh]]` table that has been checked, before its file is read.
 struct Entry<'a> {
     table: &'a Fields<'a>,
+    reader: &'a Reader<'a>,
     /// As the scene file writes it.
     file: &'a str,
     path: PathBuf,
@@ -33,41 +38,38 @@ struct Entry<'a> {
     material: Option<u32>,
 }
 
-/// The meshes in the order of the file. Materials of MTL files are appended to `materials`.
+/// The meshes in the order of the file, which may name the materials `names`. Those of MTL files are appended to
+/// what was found.
 pub(super) fn meshes(
     root: &Fields,
-    scene_path: &Path,
-    materials: &mut Vec<Material>,
-    warnings: &mut Vec<String>,
+    reader: &Reader,
+    names: &Names,
+    found: &mut Found,
 ) -> Result<Vec<Mesh>, SceneError> {
-    let n_own = materials.len();
     let known = ["file", "scale", "rotate", "translate", "normals", "material"];
     objects::each(root, "mesh", &known, |table| {
         let file = table.required("file", "the path of an OBJ file")?;
-        let path = scene_path.parent().unwrap_or(Path::new("")).join(file.string()?);
-        let named = table.optional("material").map(|_| objects::material(table, &materials[..n_own]));
+        let path = reader.beside_scene(file.string()?);
+        let named = table.optional("material").map(|_| objects::material(table, names));
         let (transform, normals) = (Transform::read(table)?, normals(table)?);
-        let entry =
-            Entry { table, file: file.string()?, path, transform, normals, material: named.transpose()? };
-        entry.mesh(&file, materials, warnings)
+        let (file_name, material) = (file.string()?, named.transpose()?);
+        Entry { table, reader, file: file_name, path, transform, normals, material }.mesh(&file, found)
     })
 }
 
 fn normals(table: &Fields) -> Result<Normals, SceneError> {
     const CHOICES: [Normals; 3] = [Normals::Smooth, Normals::Flat, Normals::File];
-    let choice = table.optional("normals").map(|field| field.choice(&["smooth", "flat", "file"]));
+    let names = ["smooth", "flat", "file"].into_iter().collect();
+    let choice = table.optional("normals").map(|field| field.choice(&names));
     Ok(choice.transpose()?.map_or(Normals::Unsaid, |i| CHOICES[i]))
 }
 
 impl Entry<'_> {
-    fn mesh(
-        &self,
-        file: &Field,
-        materials: &mut Vec<Material>,
-        warnings: &mut Vec<String>,
-    ) -> Result<Mesh, SceneError> {
+    fn mesh(&self, file: &Field, found: &mut Found) -> Result<Mesh, SceneError> {
         let keep_normals = matches!(self.normals, Normals::File | Normals::Unsaid);
         let obj = obj::parse(&self.path, self.bytes(file)?, keep_normals)?;
+        found.triangles += obj.triangles.len() as u64;
+        self.check_triangles(found.triangles)?;
         let mut mesh = Mesh {
             name: self.file.to_owned(),
             vertices: self.placed(&obj)?,
@@ -75,9 +77,10 @@ impl Entry<'_> {
             triangles: self.wound(&obj),
             materials: match self.material {
                 Some(material) => vec![material; obj.triangles.len()],
-                None => self.own_materials(&obj, materials, warnings),
+                None => self.own_materials(&obj, found)?,
             },
         };
+        let warnings = &mut found.warnings;
         self.tell_count(obj.ignored, "ignored points, lines and faces of fewer than 3 vertices", warnings);
         self.tell_count(mesh.drop_degenerate(), "dropped triangles without area", warnings);
         if mesh.triangles.is_empty() {
@@ -90,6 +93,15 @@ impl Entry<'_> {
         Ok(mesh)
     }
 
+    fn check_triangles(&self, n: u64) -> Result<(), SceneError> {
+        let most = self.reader.limits().triangles;
+        if n <= most {
+            return Ok(());
+        }
+        let reason = format!("with it the meshes have {n} triangles; allowed in the sandbox: {most}");
+        Err(file_error(&self.path, reason))
+    }
+
     fn tell_count(&self, n: usize, what: &str, warnings: &mut Vec<String>) {
         if n > 0 {
             warnings.push(format!("{}: {what}: {n}", self.path.display()));
@@ -98,13 +110,12 @@ impl Entry<'_> {
 
     fn bytes(&self, file: &Field) -> Result<Vec<u8>, SceneError> {
         let shown = self.path.display();
-        let is_water = self.path.file_name().is_some_and(|name| name == "surface.obj") && !self.path.exists();
+        let is_water = self.path.file_name().is_some_and(|name| name == "surface.obj")
+            && !self.reader.is_file(&self.path);
         let hint =
             if is_water { format!("; write it with: caustica surface {shown}") } else { String::new() };
-        read_bytes(&self.path, "an OBJ mesh").map_err(|e| match e {
-            SceneError::File { reason, .. } => file.error(format!(": `{shown}` {reason}{hint}")),
-            other => other,
-        })
+        let denied = |denial: Denial| file.error(format!(": `{shown}` {}{hint}", denial.reason()));
+        self.reader.read(&self.path, "an OBJ mesh").map_err(denied)
     }
 
     fn placed(&self, obj: &Obj) -> Result<Vec<Vec3>, SceneError> {
@@ -154,14 +165,12 @@ impl Entry<'_> {
         turned.into_iter().zip(mesh.smooth_normals()).map(|(n, smooth)| n.unwrap_or(smooth)).collect()
     }
 
-    /// The material of each triangle by the OBJ's own libraries; those in use are appended to `materials`.
-    fn own_materials(
-        &self,
-        obj: &Obj,
-        materials: &mut Vec<Material>,
-        warnings: &mut Vec<String>,
-    ) -> Vec<u32> {
-        let library = self.library(&obj.libraries, warnings);
+    /// The material of each triangle by the OBJ's own libraries; those in use are appended to what was found.
+    fn own_materials(&self, obj: &Obj, found: &mut Found) -> Result<Vec<u32>, SceneError> {
+        let Found { materials, warnings, .. } = found;
+        let library = self.library(&obj.libraries, warnings)?;
+        // The last one of a name counts.
+        let library = library.iter().map(|material| (material.name.as_str(), material)).collect();
         let mut by_name = vec![None; obj.material_names.len()];
         let mut unnamed = None;
         let mut of_triangle = |name: &Option<u32>| {
@@ -174,13 +183,13 @@ impl Entry<'_> {
                 materials.len() as u32 - 1
             })
         };
-        obj.materials.iter().map(&mut of_triangle).collect()
+        Ok(obj.materials.iter().map(&mut of_triangle).collect())
     }
 
     fn surface(
         &self,
         name: Option<&str>,
-        library: &[tobj::Material],
+        library: &BTreeMap<&str, &tobj::Material>,
         warnings: &mut Vec<String>,
     ) -> (Bsdf, Rgb) {
         let path = self.path.display();
@@ -188,8 +197,7 @@ impl Entry<'_> {
             warnings.push(format!("{path}: faces without a material become diffuse grey 0.5"));
             return mtl::grey();
         };
-        // The last one of a name counts.
-        match library.iter().rev().find(|material| material.name == name) {
+        match library.get(name) {
             Some(material) => mtl::surface(material, &format!("{path}: material `{name}`"), warnings),
             None => {
                 warnings.push(format!("{path}: unknown material `{name}` becomes diffuse grey 0.5"));
@@ -200,15 +208,39 @@ impl Entry<'_> {
 
     /// All materials of the libraries that the OBJ file names. The rest of a `mtllib` line is one name if there
     /// is such a file, else a list of names.
-    fn library(&self, libraries: &[String], warnings: &mut Vec<String>) -> Vec<tobj::Material> {
+    fn library(
+        &self,
+        libraries: &[(usize, String)],
+        warnings: &mut Vec<String>,
+    ) -> Result<Vec<tobj::Material>, SceneError> {
         let folder = self.path.parent().unwrap_or(Path::new(""));
-        let files = |line: &String| match folder.join(line) {
-            whole if whole.is_file() => vec![whole],
-            _ => line.split_whitespace().map(|name| folder.join(name)).collect(),
+        let files = |(at, names): &(usize, String)| match folder.join(names) {
+            whole if self.reader.is_file(&whole) => vec![(*at, whole)],
+            _ => names.split_whitespace().map(|name| (*at, folder.join(name))).collect(),
         };
         let mut seen = BTreeSet::new();
-        let once = libraries.iter().flat_map(files).filter(|path| seen.insert(path.clone()));
-        once.flat_map(|path| mtl::read(&path, warnings)).collect()
+        let once = libraries.iter().flat_map(files).filter(|(_, path)| seen.insert(path.clone()));
+        let mut materials = Vec::new();
+        for (n, (line, path)) in once.enumerate() {
+            if n == MOST_LIBRARIES {
+                let obj = self.path.display();
+                warnings.push(format!(
+                    "{obj}:{line}: more than {MOST_LIBRARIES} MTL files; the rest is not read"
+                ));
+                break;
+            }
+            match self.reader.read(&path, "an MTL file") {
+                Ok(bytes) => materials.extend(mtl::parse(&path, &String::from_utf8_lossy(&bytes), warnings)),
+                Err(Denial::Unreadable(reason)) => {
+                    warnings.push(format!("{}: {reason}; its materials become grey 0.5", path.display()));
+                }
+                Err(Denial::Forbidden(reason)) => {
+                    let reason = format!("mtllib `{}` {reason}", path.display());
+                    return Err(SceneError::Line { path: self.path.clone(), line, reason });
+                }
+            }
+        }
+        Ok(materials)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Scene files (TOML) and the meshes they name (OBJ with MTL), turned into a [`SceneDesc`] by the rules in the
 //! documentation of [`crate::scene`].
 
+mod access;
 mod fields;
 mod material;
 mod mesh_entry;
@@ -19,23 +20,34 @@ use std::path::Path;
 
 use toml::de::DeTable;
 
+use self::access::Reader;
+pub use self::access::{Access, Limits};
 use self::fields::Fields;
 use self::source::Source;
 use super::{Material, SceneDesc, SceneError};
 use crate::math::Rgb;
 
-/// Reads a scene file and the meshes it names, whose paths are relative to it.
+/// Reads a scene file and the meshes it names, whose paths are relative to it: [`load_with`] access to any file.
+///
+/// # Errors
+/// As those of [`load_with`].
+pub fn load(path: &Path) -> Result<SceneDesc, SceneError> {
+    load_with(path, &Access::any())
+}
+
+/// Reads a scene file and the meshes it names, as far as it is given access to them.
 ///
 /// # Errors
 /// A [`SceneError`] for anything missing, unknown, of the wrong type or out of range. What is repaired instead is
 /// told in [`SceneDesc::warnings`]; so is a scene without light, which renders black.
-pub fn load(path: &Path) -> Result<SceneDesc, SceneError> {
-    let text = source::read_scene_text(path)?;
-    let source = Source { path, text: &text };
+pub fn load_with(path: &Path, access: &Access) -> Result<SceneDesc, SceneError> {
+    let reader = Reader::new(access, path)?;
+    let text = source::read_scene_text(path, &reader)?;
+    let source = Source::new(path, &text);
     let table = DeTable::parse(&text).map_err(|e| syntax_error(&source, &e))?;
     const TABLES: [&str; 8] =
         ["film", "camera", "render", "material", "point_light", "sphere", "quad", "mesh"];
-    let mut scene = read_scene(path, &Fields::root(&source, &table, &TABLES)?)?;
+    let mut scene = read_scene(path, &Fields::root(&source, &table, &TABLES)?, &reader)?;
     warn_of_darkness(&mut scene);
     Ok(scene)
 }
@@ -47,25 +59,38 @@ fn syntax_error(source: &Source, error: &toml::de::Error) -> SceneError {
     source.error(&span, format!("{}{named}", error.message()))
 }
 
-fn read_scene(path: &Path, root: &Fields) -> Result<SceneDesc, SceneError> {
+fn read_scene(path: &Path, root: &Fields, reader: &Reader) -> Result<SceneDesc, SceneError> {
     let mut warnings = Vec::new();
-    let mut materials = material::materials(root, &mut warnings)?;
+    let own = material::materials(root, &mut warnings)?;
+    let names = own.iter().map(|material| material.name.as_str()).collect();
+    let film = settings::film(root, reader.limits())?;
+    let camera = settings::camera(root)?;
+    let render = settings::render(root, reader.limits())?;
+    settings::check_eye_paths(root, &film, &render, reader.limits())?;
+    let spheres = objects::spheres(root, &own, &names)?;
+    let point_lights = objects::point_lights(root, &mut warnings)?;
+    let mut meshes = objects::quads(root, &names)?;
+    let mut found = Found { materials: own.clone(), warnings, triangles: 0 };
+    meshes.extend(mesh_entry::meshes(root, reader, &names, &mut found)?);
     Ok(SceneDesc {
         name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
         path: path.to_owned(),
-        film: settings::film(root)?,
-        camera: settings::camera(root)?,
-        render: settings::render(root)?,
-        spheres: objects::spheres(root, &materials)?,
-        point_lights: objects::point_lights(root, &mut warnings)?,
-        meshes: {
-            let mut meshes = objects::quads(root, &materials)?;
-            meshes.extend(mesh_entry::meshes(root, path, &mut materials, &mut warnings)?);
-            meshes
-        },
-        materials,
-        warnings,
+        film,
+        camera,
+        render,
+        spheres,
+        point_lights,
+        meshes,
+        materials: found.materials,
+        warnings: found.warnings,
     })
+}
+
+/// What meshes add to a scene beside themselves.
+struct Found {
+    materials: Vec<Material>,
+    warnings: Vec<String>,
+    triangles: u64,
 }
 
 fn warn_of_darkness(scene: &mut SceneDesc) {
@@ -76,11 +101,6 @@ fn warn_of_darkness(scene: &mut SceneDesc) {
             "no light that shines (point light, or quad or mesh with emission): the picture is black";
         scene.warnings.push(format!("{}: {reason}", scene.path.display()));
     }
-}
-
-/// The names of the scene file's own materials.
-fn names(materials: &[Material]) -> Vec<&str> {
-    materials.iter().map(|m| m.name.as_str()).collect()
 }
 
 #[cfg(test)]

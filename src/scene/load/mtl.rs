@@ -1,6 +1,5 @@
 //! MTL files: materials for meshes to which the scene file gives none.
 
-use std::fs;
 use std::path::Path;
 
 use super::statements::{keyword, statements, words};
@@ -17,26 +16,27 @@ pub(super) fn grey() -> (Bsdf, Rgb) {
     (Bsdf::Diffuse { albedo: GREY }, Rgb::ZERO)
 }
 
-/// The materials of an MTL file; none, with a warning, where it cannot be read.
-pub(super) fn read(path: &Path, warnings: &mut Vec<String>) -> Vec<tobj::Material> {
-    let bytes = match fs::read(path) {
-        Ok(bytes) => bytes,
-        Err(e) => {
-            warnings.push(format!("{}: cannot be read: {e}; its materials become grey 0.5", path.display()));
-            return Vec::new();
-        }
-    };
-    parse(path, &String::from_utf8_lossy(&bytes), warnings)
-}
+/// More unreadable lines of a file are counted instead of told.
+const MOST_TOLD: usize = 10;
 
-fn parse(path: &Path, text: &str, warnings: &mut Vec<String>) -> Vec<tobj::Material> {
+/// The materials of an MTL file; those of its lines that cannot be read are left out, with warnings.
+pub(super) fn parse(path: &Path, text: &str, warnings: &mut Vec<String>) -> Vec<tobj::Material> {
     let mut plain = String::new();
+    let mut unreadable = 0;
     for (line, statement) in statements(text) {
         match checked(&statement) {
             Ok(Some(statement)) => plain.extend([&statement, "\n"]),
             Ok(None) => {}
-            Err(reason) => warnings.push(format!("{}:{line}: {reason}; ignored", path.display())),
+            Err(reason) => {
+                unreadable += 1;
+                if unreadable <= MOST_TOLD {
+                    warnings.push(format!("{}:{line}: {reason}; ignored", path.display()));
+                }
+            }
         }
+    }
+    if unreadable > MOST_TOLD {
+        warnings.push(format!("{}: {} more such lines ignored", path.display(), unreadable - MOST_TOLD));
     }
     match tobj::load_mtl_buf(&mut plain.as_bytes()) {
         Ok((materials, _)) => materials,
@@ -198,12 +198,5 @@ mod tests {
         let (surfaces, _) = surfaces("newmtl a\nKd 0 0 0\nnewmtl\nKd 1 1 1\nmap_Kd\n");
         assert_eq!(surfaces[0].0, Bsdf::Diffuse { albedo: Rgb::ZERO });
         assert_eq!(surfaces.len(), 2);
-    }
-
-    #[test]
-    fn a_missing_file_is_grey_with_a_warning() {
-        let mut warnings = Vec::new();
-        assert!(read(Path::new("no/such.mtl"), &mut warnings).is_empty());
-        assert!(warnings[0].starts_with("no/such.mtl: cannot be read") && warnings[0].contains("grey"));
     }
 }

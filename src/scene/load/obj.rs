@@ -6,7 +6,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use super::super::SceneError;
-use super::fields::{COORDINATE, MAX_COORDINATE};
+use super::fields::{COORDINATE, MAX_COORDINATE, shortened};
 use super::polygon::{MAX_CONCAVE, triangulate};
 use super::source::file_error;
 use super::statements::{decode, keyword, statements, words};
@@ -22,8 +22,8 @@ pub(super) struct Obj {
     /// Per triangle an index into `material_names`, or none before the first `usemtl`.
     pub materials: Vec<Option<u32>>,
     pub material_names: Vec<String>,
-    /// What stands behind each `mtllib`.
-    pub libraries: Vec<String>,
+    /// What stands behind each `mtllib`, with its line.
+    pub libraries: Vec<(usize, String)>,
     /// Points, lines and faces of fewer than three vertices.
     pub ignored: usize,
 }
@@ -73,7 +73,7 @@ struct Scan<'a> {
     face_materials: Vec<Option<u32>>,
     /// Face numbers and lines of those too large to clip ears from.
     large_faces: Vec<(usize, usize)>,
-    libraries: Vec<String>,
+    libraries: Vec<(usize, String)>,
     ignored: usize,
 }
 
@@ -109,7 +109,7 @@ impl<'a> Scan<'a> {
             "f" => self.face(&words(rest))?,
             "p" | "l" => self.ignored += 1,
             "usemtl" => self.use_material(rest),
-            "mtllib" => self.libraries.push(rest.to_owned()),
+            "mtllib" => self.libraries.push((self.line, rest.to_owned())),
             _ => {}
         }
         Ok(())
@@ -117,8 +117,13 @@ impl<'a> Scan<'a> {
 
     fn floats(&self, words: &[&str], what: &str) -> Result<Vec<f32>, SceneError> {
         let number = |word: &&str| {
-            let wrong =
-                |_| self.error(format!("{what}: `{word}` is not a number; allowed: {}", COORDINATE.text));
+            let wrong = |_| {
+                self.error(format!(
+                    "{what}: `{}` is not a number; allowed: {}",
+                    shortened(word),
+                    COORDINATE.text
+                ))
+            };
             word.parse::<f32>().map_err(wrong)
         };
         words.iter().map(number).collect()
@@ -191,6 +196,7 @@ impl<'a> Scan<'a> {
     fn corner(&mut self, word: &str) -> Result<(usize, usize), SceneError> {
         let parts: Vec<&str> = word.split('/').collect();
         if parts.len() > KINDS.len() {
+            let word = shortened(word);
             return Err(self.error(format!("corner `{word}`; allowed: v, v/vt, v//vn or v/vt/vn")));
         }
         let mut numbers = [None; 3];
@@ -208,6 +214,7 @@ impl<'a> Scan<'a> {
     fn index(&mut self, kind: usize, word: &str) -> Result<usize, SceneError> {
         let what = KINDS[kind];
         let index: i64 = word.parse().map_err(|_| {
+            let word = shortened(word);
             self.error(format!("{what} index `{word}` is not a whole number; allowed: one, other than 0"))
         })?;
         let number =

@@ -2,8 +2,7 @@
 
 use super::super::mesh::geometric_normal;
 use super::super::{Material, Mesh, PointLightDesc, SceneError, SphereDesc};
-use super::fields::{COORDINATE, Fields, NON_NEGATIVE, POSITIVE};
-use super::names;
+use super::fields::{COORDINATE, Fields, NON_NEGATIVE, Names, POSITIVE};
 use crate::math::{Rgb, Vec3};
 
 /// The tables headed `[[name]]`, numbered from 1 in their places.
@@ -31,14 +30,18 @@ pub(super) fn point_lights(
     })
 }
 
-pub(super) fn spheres(root: &Fields, materials: &[Material]) -> Result<Vec<SphereDesc>, SceneError> {
+pub(super) fn spheres(
+    root: &Fields,
+    materials: &[Material],
+    names: &Names,
+) -> Result<Vec<SphereDesc>, SceneError> {
     each(root, "sphere", &["center", "radius", "material"], |table| {
         let center = table.required("center", "three numbers")?.vec3(&COORDINATE)?;
         let radius = table.required("radius", POSITIVE.text)?.f32(&POSITIVE)?;
         if !(COORDINATE.holds)(f64::from(center.abs().max_element()) + f64::from(radius)) {
             return Err(table.error(String::from("reaches beyond 1.8e18; allowed: coordinates up to there")));
         }
-        let material = material(table, materials)?;
+        let material = material(table, names)?;
         if materials[material as usize].emission != Rgb::ZERO {
             let emits = format!(
                 "material `{}` emits; a sphere cannot: use a mesh or quad light",
@@ -51,12 +54,12 @@ pub(super) fn spheres(root: &Fields, materials: &[Material]) -> Result<Vec<Spher
 }
 
 /// The index of the material that the table's field `material` names.
-pub(super) fn material(table: &Fields, materials: &[Material]) -> Result<u32, SceneError> {
+pub(super) fn material(table: &Fields, names: &Names) -> Result<u32, SceneError> {
     let field = table.required("material", "the name of a material")?;
-    Ok(field.choice(&names(materials))? as u32)
+    Ok(field.choice(names)? as u32)
 }
 
-pub(super) fn quads(root: &Fields, materials: &[Material]) -> Result<Vec<Mesh>, SceneError> {
+pub(super) fn quads(root: &Fields, names: &Names) -> Result<Vec<Mesh>, SceneError> {
     each(root, "quad", &["corners", "material"], |table| {
         let corners = table.required("corners", "four points")?.elements::<4>("points")?;
         let [a, b, c, d] = &corners;
@@ -68,7 +71,7 @@ pub(super) fn quads(root: &Fields, materials: &[Material]) -> Result<Vec<Mesh>, 
             vertices,
             normals: None,
             triangles: vec![[0, 1, 2], [0, 2, 3]],
-            materials: vec![material(table, materials)?; 2],
+            materials: vec![material(table, names)?; 2],
         })
     })
 }

@@ -1,6 +1,7 @@
 //! The tables `[film]`, `[camera]` and `[render]`.
 
 use super::super::{CameraDesc, FilmDesc, RenderDesc, SceneError};
+use super::access::Limits;
 use super::fields::{Allowed, COORDINATE, Fields, POSITIVE};
 use crate::math::Vec3;
 
@@ -10,7 +11,7 @@ const U32: u64 = u32::MAX as u64;
 /// TOML's largest whole number.
 const LARGEST: u64 = i64::MAX as u64;
 
-pub(super) fn film(root: &Fields) -> Result<FilmDesc, SceneError> {
+pub(super) fn film(root: &Fields, limits: &Limits) -> Result<FilmDesc, SceneError> {
     const DEFAULT: u64 = 512;
     const SIDE: (u64, u64) = (1, 16384);
     let Some(field) = root.optional("film") else {
@@ -18,9 +19,38 @@ pub(super) fn film(root: &Fields) -> Result<FilmDesc, SceneError> {
     };
     let film = field.table(String::from("film"), &["width", "height"])?;
     Ok(FilmDesc {
-        width: film.integer_or("width", DEFAULT, SIDE)? as u32,
-        height: film.integer_or("height", DEFAULT, SIDE)? as u32,
+        width: whole(&film, "width", DEFAULT, SIDE, limits.side)? as u32,
+        height: whole(&film, "height", DEFAULT, SIDE, limits.side)? as u32,
     })
+}
+
+/// A whole number, or `default` where the field is absent: within `bounds` in any scene, up to `most` in a sandbox.
+fn whole(table: &Fields, name: &str, default: u64, bounds: (u64, u64), most: u64) -> Result<u64, SceneError> {
+    let Some(field) = table.optional(name) else { return Ok(default) };
+    let number = field.integer(bounds)?;
+    if number > most {
+        return Err(field.wrong(&format!("up to {most} in the sandbox")));
+    }
+    Ok(number)
+}
+
+/// Refuses more eye samples in the whole picture than a sandbox allows.
+pub(super) fn check_eye_paths(
+    root: &Fields,
+    film: &FilmDesc,
+    render: &RenderDesc,
+    limits: &Limits,
+) -> Result<(), SceneError> {
+    let paths = u64::from(film.width) * u64::from(film.height) * u64::from(render.samples);
+    if paths <= limits.eye_paths {
+        return Ok(());
+    }
+    let place = root.optional("film").or_else(|| root.optional("render"));
+    let reason = format!(
+        ": {} x {} pixels of {} samples are {paths} eye samples; allowed in the sandbox: {}",
+        film.width, film.height, render.samples, limits.eye_paths
+    );
+    Err(place.map_or_else(|| root.error(reason.clone()), |field| field.error(reason.clone())))
 }
 
 pub(super) fn camera(root: &Fields) -> Result<CameraDesc, SceneError> {
@@ -54,16 +84,17 @@ fn check_view(table: &Fields, camera: &CameraDesc) -> Result<(), SceneError> {
     Ok(())
 }
 
-pub(super) fn render(root: &Fields) -> Result<RenderDesc, SceneError> {
+pub(super) fn render(root: &Fields, limits: &Limits) -> Result<RenderDesc, SceneError> {
     let mut render =
         RenderDesc { passes: 64, photons: 100_000, samples: 4, alpha: 0.7, radius: None, depth: 12 };
     let Some(field) = root.optional("render") else { return Ok(render) };
     let known = ["passes", "photons", "samples", "alpha", "radius", "depth"];
     let table = field.table(String::from("render"), &known)?;
-    render.passes = table.integer_or("passes", u64::from(render.passes), (1, U32))? as u32;
-    render.photons = table.integer_or("photons", render.photons, (1, LARGEST))?;
-    render.samples = table.integer_or("samples", u64::from(render.samples), (1, 4096))? as u32;
-    render.depth = table.integer_or("depth", u64::from(render.depth), (0, 1024))? as u32;
+    let count = |name, default, bounds, most| whole(&table, name, default, bounds, most);
+    render.passes = count("passes", u64::from(render.passes), (1, U32), limits.passes)? as u32;
+    render.photons = count("photons", render.photons, (1, LARGEST), limits.photons)?;
+    render.samples = count("samples", u64::from(render.samples), (1, 4096), limits.samples)? as u32;
+    render.depth = count("depth", u64::from(render.depth), (0, 1024), limits.depth)? as u32;
     render.alpha = table.optional("alpha").map_or(Ok(render.alpha), |field| field.f64(&ALPHA))?;
     render.radius = table.optional("radius").map(|field| field.f64(&POSITIVE)).transpose()?;
     Ok(render)

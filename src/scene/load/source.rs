@@ -1,18 +1,25 @@
 //! The text of a scene file, and errors that point into it.
 
-use std::fs;
 use std::ops::Range;
 use std::path::Path;
 
 use super::super::SceneError;
+use super::access::{Denial, Reader};
+use crate::input;
 
 /// A scene file's path and text.
 pub(super) struct Source<'a> {
     pub path: &'a Path,
     pub text: &'a str,
+    /// Where lines end.
+    newlines: Vec<usize>,
 }
 
-impl Source<'_> {
+impl<'a> Source<'a> {
+    pub fn new(path: &'a Path, text: &'a str) -> Source<'a> {
+        Source { path, text, newlines: text.match_indices('\n').map(|(at, _)| at).collect() }
+    }
+
     /// An error at the start of `span` (in bytes).
     pub fn error(&self, span: &Range<usize>, reason: String) -> SceneError {
         let (line, column) = self.place(span.start);
@@ -21,13 +28,13 @@ impl Source<'_> {
 
     /// The line, counted from 1, in which `span` starts.
     pub fn line(&self, span: &Range<usize>) -> usize {
-        self.place(span.start).0
+        self.newlines.partition_point(|&newline| newline < span.start) + 1
     }
 
     fn place(&self, byte: usize) -> (usize, usize) {
         let before = self.text.get(..byte).unwrap_or(self.text);
         let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
-        (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
+        (self.line(&(byte..byte)), before[line_start..].chars().count() + 1)
     }
 }
 
@@ -36,18 +43,16 @@ pub(super) fn file_error(path: &Path, reason: impl Into<String>) -> SceneError {
     SceneError::File { path: path.to_owned(), reason: reason.into() }
 }
 
-/// The bytes of a file; `kind` says what is expected there.
-pub(super) fn read_bytes(path: &Path, kind: &str) -> Result<Vec<u8>, SceneError> {
-    if path.is_dir() {
-        return Err(file_error(path, format!("is a folder; {kind} is expected")));
-    }
-    fs::read(path).map_err(|e| file_error(path, format!("cannot be read: {e}; {kind} is expected")))
-}
-
 /// The text of a scene file without its byte order mark, if it has one.
-pub(super) fn read_scene_text(path: &Path) -> Result<String, SceneError> {
+pub(super) fn read_scene_text(path: &Path, reader: &Reader) -> Result<String, SceneError> {
     const KIND: &str = "a scene file (TOML, UTF-8)";
-    let text = String::from_utf8(read_bytes(path, KIND)?).map_err(|e| {
+    let bytes = reader.read(path, KIND).map_err(|denial: Denial| file_error(path, denial.reason()))?;
+    let most = reader.limits().scene_bytes;
+    if bytes.len() as u64 > most {
+        let (length, most) = (input::size(bytes.len() as u64), input::size(most));
+        return Err(file_error(path, format!("holds {length}; allowed in the sandbox: {most}")));
+    }
+    let text = String::from_utf8(bytes).map_err(|e| {
         let line = e.as_bytes()[..e.utf8_error().valid_up_to()].split(|&b| b == b'\n').count();
         file_error(path, format!("is not UTF-8 (line {line}); {KIND} is expected"))
     })?;
@@ -63,7 +68,7 @@ mod tests {
 
     #[test]
     fn places_count_lines_and_characters_from_one() {
-        let source = Source { path: Path::new("s"), text: "ä\nöü = 1\n" };
+        let source = Source::new(Path::new("s"), "ä\nöü = 1\n");
         assert_eq!(source.place(0), (1, 1));
         assert_eq!(source.place(source.text.find('=').unwrap()), (2, 4));
         assert_eq!(source.place(1000), (3, 1));
