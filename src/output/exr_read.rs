@@ -1,6 +1,8 @@
 use super::OutputError;
 use crate::film::Image;
+use crate::input;
 use crate::math::Rgb;
+use exr::compression::Compression;
 use exr::error::Error as ExrError;
 use exr::image::read::specific_channels::ReadSpecificChannel;
 use exr::math::Vec2;
@@ -9,6 +11,7 @@ use exr::meta::attribute::Text;
 use exr::meta::header::Header;
 use exr::prelude::{ReadChannels, ReadLayers, read};
 use std::collections::BTreeSet;
+use std::io::{BufReader, Cursor, Read, Seek};
 use std::path::{Path, PathBuf};
 
 /// The largest number of pixels that [`read_exr`] takes in: 2²⁸, which fill 3 GiB.
@@ -21,13 +24,27 @@ pub const MAX_PIXELS: usize = 1 << 28;
 /// out, and so are the display window and all attributes.
 ///
 /// # Errors
-/// When the file cannot be opened, is not a flat EXR picture, has no colour or subsampled channels, or holds more than
-/// [`MAX_PIXELS`].
+/// When the file cannot be opened, is not a flat EXR picture, has no colour or subsampled channels, holds more than
+/// [`MAX_PIXELS`] or more than memory suffices for, or is too short for the pixels that it promises.
 pub fn read_exr(path: &Path) -> Result<Image, OutputError> {
-    read_colours(path, "", |headers| OutputError::NoColour {
-        path: path.to_path_buf(),
-        channels: list_channels(headers),
-    })
+    let (file, length) = open(path)?;
+    read_colours(path, BufReader::new(file), length, "", |headers| no_colour(path, headers))
+}
+
+/// Reads a picture like [`read_exr`] from the bytes of a file; `name` stands for its path in errors.
+///
+/// # Errors
+/// As those of [`read_exr`].
+pub fn read_exr_bytes(name: &Path, bytes: &[u8]) -> Result<Image, OutputError> {
+    read_colours(name, Cursor::new(bytes), bytes.len() as u64, "", |headers| no_colour(name, headers))
+}
+
+fn open(path: &Path) -> Result<(std::fs::File, u64), OutputError> {
+    input::open_file(path).map_err(|source| OutputError::Open { path: path.into(), source })
+}
+
+fn no_colour(path: &Path, headers: &[Header]) -> OutputError {
+    OutputError::NoColour { path: path.to_path_buf(), channels: list_channels(headers) }
 }
 
 /// Reads a named layer of an OpenEXR picture like [`read_exr`]: the channels `LAYER.R`, `LAYER.G` and `LAYER.B`, or
@@ -36,11 +53,13 @@ pub fn read_exr(path: &Path) -> Result<Image, OutputError> {
 /// # Errors
 /// As those of [`read_exr`], and when the file has no such layer; the text then lists those that there are.
 pub fn read_exr_layer(path: &Path, layer: &str) -> Result<Image, OutputError> {
-    read_colours(path, &format!("{layer}."), |headers| OutputError::NoLayer {
+    let (file, length) = open(path)?;
+    let missing = |headers: &[Header]| OutputError::NoLayer {
         path: path.to_path_buf(),
         layer: layer.into(),
         layers: list_layers(headers),
-    })
+    };
+    read_colours(path, BufReader::new(file), length, &format!("{layer}."), missing)
 }
 
 /// Reads the picture that `FILE.exr` or `FILE.exr:LAYER` names, by [`read_exr`] or [`read_exr_layer`].
@@ -66,19 +85,23 @@ fn split_layer(name: &Path) -> Option<(&Path, &str)> {
 /// Reads the first part of a file that has colours in channels whose names begin with `prefix`.
 fn read_colours(
     path: &Path,
+    mut file: impl Read + Seek,
+    length: u64,
     prefix: &str,
     missing: impl Fn(&[Header]) -> OutputError,
 ) -> Result<Image, OutputError> {
     let read_error = |error| read_error(path, error);
-    let headers = MetaData::read_from_file(path, false).map_err(read_error)?.headers;
+    let headers = MetaData::read_from_buffered(&mut file, false).map_err(read_error)?.headers;
     let (header, colour) = headers
         .iter()
         .find_map(|header| Some((header, Colour::of(header, prefix)?)))
         .ok_or_else(|| missing(&headers))?;
     check_readable(path, header)?;
+    headers.iter().try_for_each(|header| check_length(path, header, length))?;
+    file.rewind().map_err(|error| read_error(error.into()))?;
     match colour {
-        Colour::Rgb => read_rgb(path, prefix),
-        Colour::Luminance => read_luminance(path, prefix),
+        Colour::Rgb => read_rgb(file, prefix),
+        Colour::Luminance => read_luminance(file, prefix),
     }
     .map_err(read_error)
 }
@@ -105,7 +128,7 @@ fn channel_name(prefix: &str, name: &str) -> Text {
     Text::from_slice_unchecked(format!("{prefix}{name}").as_bytes())
 }
 
-fn read_rgb(path: &Path, prefix: &str) -> Result<Image, ExrError> {
+fn read_rgb(file: impl Read + Seek, prefix: &str) -> Result<Image, ExrError> {
     let [r, g, b] = ["R", "G", "B"].map(|name| channel_name(prefix, name));
     let reader = read().no_deep_data().largest_resolution_level().specific_channels();
     let reader = reader.required(r).required(g).required(b).collect_pixels(
@@ -116,13 +139,13 @@ fn read_rgb(path: &Path, prefix: &str) -> Result<Image, ExrError> {
         .first_valid_layer()
         .all_attributes()
         .non_parallel()
-        .from_file(path)?
+        .from_buffered(file)?
         .layer_data
         .channel_data
         .pixels)
 }
 
-fn read_luminance(path: &Path, prefix: &str) -> Result<Image, ExrError> {
+fn read_luminance(file: impl Read + Seek, prefix: &str) -> Result<Image, ExrError> {
     let reader = read().no_deep_data().largest_resolution_level().specific_channels();
     let reader = reader.required(channel_name(prefix, "Y")).collect_pixels(
         |Vec2(width, height), _| Image::new(width, height),
@@ -132,7 +155,7 @@ fn read_luminance(path: &Path, prefix: &str) -> Result<Image, ExrError> {
         .first_valid_layer()
         .all_attributes()
         .non_parallel()
-        .from_file(path)?
+        .from_buffered(file)?
         .layer_data
         .channel_data
         .pixels)
@@ -149,10 +172,36 @@ fn check_readable(path: &Path, header: &Header) -> Result<(), OutputError> {
     if width.checked_mul(height).is_none_or(|pixels| pixels > MAX_PIXELS) {
         return Err(OutputError::Oversize { path, width, height, limit: MAX_PIXELS });
     }
+    let memory = (width * height).saturating_mul(size_of::<Rgb>());
+    input::check_memory(memory as u64).map_err(|source| OutputError::Open { path: path.clone(), source })?;
     match header.channels.list.iter().find(|channel| channel.sampling != Vec2(1, 1)) {
         Some(channel) => Err(OutputError::Subsampled { path, channel: channel.name.to_string() }),
         None => Ok(()),
     }
+}
+
+/// So many bytes of pixels may be promised by a file however short it is.
+const ALWAYS_FINE: u64 = 1 << 24;
+/// Bytes of pixels that one of a file can stand for, with some room: a bit of deflate's output is 258 bytes or less.
+const MOST_PER_BYTE: u64 = 1100;
+/// The same for the lossy kinds, which moreover keep one of 64 values where all are alike.
+const MOST_PER_LOSSY_BYTE: u64 = 64 * MOST_PER_BYTE;
+
+/// Refuses a file that promises more pixels than it can hold, before memory is taken for them.
+fn check_length(path: &Path, header: &Header, length: u64) -> Result<(), OutputError> {
+    let most_per_byte = match header.compression {
+        Compression::DWAA(_) | Compression::DWAB(_) => MOST_PER_LOSSY_BYTE,
+        _ => MOST_PER_BYTE,
+    };
+    let Vec2(width, height) = header.layer_size;
+    let of_pixel: usize =
+        header.channels.list.iter().map(|channel| channel.sample_type.bytes_per_sample()).sum();
+    let promised = (width as u64).saturating_mul(height as u64).saturating_mul(of_pixel as u64);
+    if promised <= ALWAYS_FINE || promised <= length.saturating_mul(most_per_byte) {
+        return Ok(());
+    }
+    let reason = format!("{length} bytes cannot hold the {width}x{height} pixels that it promises");
+    Err(OutputError::NotExr { path: path.into(), reason })
 }
 
 fn list_channels(headers: &[Header]) -> String {

@@ -7,7 +7,7 @@ use exr::image::{
 };
 use exr::meta::attribute::{AttributeValue, Text};
 use exr::meta::header::{LayerAttributes, standard_names};
-use exr::prelude::SmallVec;
+use exr::prelude::{SmallVec, f16};
 use std::collections::HashMap;
 use std::io::Cursor;
 use std::path::Path;
@@ -57,8 +57,50 @@ pub fn write_exr_layers(
     layers: &[ExrLayer],
     metadata: &Metadata,
 ) -> Result<(), OutputError> {
-    let bytes = encode(path, image, layers, metadata)?;
+    let bytes = encode(path, image, layers, metadata, Samples::Float)?;
     write_atomically(path, |out| out.write_all(&bytes))
+}
+
+/// The largest finite number of 16 bits.
+pub const LARGEST_HALF: f32 = 65504.0;
+
+/// [`write_exr_layers`] with 16-bit samples for the picture; its layers keep 32 bits.
+///
+/// Returns how many values are finite but beyond ±[`LARGEST_HALF`]; they become that. NaN and infinities are kept.
+///
+/// # Errors
+/// As [`write_exr_layers`].
+pub fn write_exr_half(
+    path: &Path,
+    image: &Image,
+    layers: &[ExrLayer],
+    metadata: &Metadata,
+) -> Result<usize, OutputError> {
+    let bytes = encode(path, image, layers, metadata, Samples::Half)?;
+    write_atomically(path, |out| out.write_all(&bytes))?;
+    let values = image.pixels().iter().flat_map(|pixel| pixel.to_array());
+    Ok(values.filter(|value| value.is_finite() && value.abs() > LARGEST_HALF).count())
+}
+
+/// How the samples of the picture are kept.
+#[derive(Clone, Copy)]
+enum Samples {
+    Float,
+    Half,
+}
+
+impl Samples {
+    fn of(self, values: impl Iterator<Item = f32>) -> FlatSamples {
+        match self {
+            Samples::Float => FlatSamples::F32(values.collect()),
+            Samples::Half => FlatSamples::F16(values.map(half).collect()),
+        }
+    }
+}
+
+fn half(value: f32) -> f16 {
+    let inside = if value.is_finite() { value.clamp(-LARGEST_HALF, LARGEST_HALF) } else { value };
+    f16::from_f32(inside)
 }
 
 fn encode(
@@ -66,43 +108,47 @@ fn encode(
     image: &Image,
     layers: &[ExrLayer],
     metadata: &Metadata,
+    samples: Samples,
 ) -> Result<Vec<u8>, OutputError> {
     check_size(path, image)?;
     check_layers(path, image, layers)?;
     let attributes = LayerAttributes { other: attributes(path, metadata)?, ..LayerAttributes::default() };
     let mut bytes = Vec::new();
     let encode_error = |reason| OutputError::Encode { path: path.to_path_buf(), reason };
-    encode_pixels(image, layers, attributes, &mut bytes).map_err(|error| encode_error(error.to_string()))?;
+    let channels = AnyChannels::sort(channels(image, layers, samples));
+    let size = (image.width(), image.height());
+    encode_channels(size, channels, attributes, &mut bytes)
+        .map_err(|error| encode_error(error.to_string()))?;
     sort_attributes(&mut bytes).ok_or_else(|| encode_error("its header does not parse".into()))?;
     Ok(bytes)
 }
 
-fn encode_pixels(
-    image: &Image,
-    layers: &[ExrLayer],
+fn encode_channels(
+    size: (usize, usize),
+    channels: AnyChannels<FlatSamples>,
     attributes: LayerAttributes,
     bytes: &mut Vec<u8>,
 ) -> UnitResult {
-    let channels = AnyChannels::sort(channels(image, layers));
-    let layer = Layer::new((image.width(), image.height()), attributes, Encoding::SMALL_LOSSLESS, channels);
+    let layer = Layer::new(size, attributes, Encoding::SMALL_LOSSLESS, channels);
     ExrImage::from_layer(layer).write().non_parallel().to_buffered(Cursor::new(bytes))
 }
 
-fn channels(image: &Image, layers: &[ExrLayer]) -> SmallVec<[AnyChannel<FlatSamples>; 4]> {
-    let main = [("R".into(), image, 0), ("G".into(), image, 1), ("B".into(), image, 2)];
+fn channels(image: &Image, layers: &[ExrLayer], main: Samples) -> SmallVec<[AnyChannel<FlatSamples>; 4]> {
+    let of_picture = ["R", "G", "B"].into_iter().enumerate();
+    let of_picture = of_picture.map(|(index, name)| (name.into(), image, index, main));
     let more = layers.iter().flat_map(|layer| {
         let names: &[&str] = match layer.channels {
             LayerChannels::Rgb => &["R", "G", "B"],
             LayerChannels::Grey => &["Y"],
         };
-        let named = |(index, channel)| (format!("{}.{channel}", layer.name), layer.image, index);
+        let named =
+            |(index, channel)| (format!("{}.{channel}", layer.name), layer.image, index, Samples::Float);
         names.iter().enumerate().map(named)
     });
-    let samples = |image: &Image, index: usize| image.pixels().iter().map(|pixel| pixel[index]).collect();
-    let channel = |(name, image, index): (String, &Image, usize)| {
-        AnyChannel::new(utf8_text(&name), FlatSamples::F32(samples(image, index)))
+    let channel = |(name, image, index, samples): (String, &Image, usize, Samples)| {
+        AnyChannel::new(utf8_text(&name), samples.of(image.pixels().iter().map(|pixel| pixel[index])))
     };
-    main.into_iter().chain(more).map(channel).collect()
+    of_picture.chain(more).map(channel).collect()
 }
 
 fn check_layers(path: &Path, image: &Image, layers: &[ExrLayer]) -> Result<(), OutputError> {
@@ -279,7 +325,8 @@ mod tests {
         let metadata = (0..40).fold(Metadata::new(), |metadata, i| {
             metadata.with(format!("caustica:{:02}", (i * 27) % 40), Value::Integer(i))
         });
-        let bytes = || encode(Path::new("picture.exr"), &odd_image(), &[], &metadata).unwrap();
+        let bytes =
+            || encode(Path::new("picture.exr"), &odd_image(), &[], &metadata, Samples::Float).unwrap();
         let first = bytes();
         assert!((0..20).all(|_| bytes() == first));
         let place = |i: usize| {

@@ -1,27 +1,44 @@
 use super::{MAX_PIXELS, OutputError};
 use crate::film::Image;
+use crate::input;
 use crate::math::Rgb;
-use png::{ColorType, Decoder, DecodingError, Transformations};
-use std::fs::File;
-use std::io::BufReader;
+use png::{ColorType, Decoder, DecodingError, Info, Transformations};
+use std::io::{BufRead, BufReader, Cursor, Seek};
 use std::path::Path;
 
 /// Reads a PNG picture of any kind as its samples, from 0 to 1, without undoing any display curve; grey gives three
 /// equal channels, alpha is left out.
 ///
 /// # Errors
-/// When the file cannot be opened, is not a PNG picture, or holds more than [`MAX_PIXELS`].
+/// When the file cannot be opened, is not a PNG picture, holds more than [`MAX_PIXELS`] or more than memory suffices
+/// for, or is too short for the pixels that it promises.
 pub fn read_png(path: &Path) -> Result<Image, OutputError> {
-    let file = File::open(path).map_err(|source| OutputError::Open { path: path.into(), source })?;
+    let opened = input::open_file(path);
+    let (file, length) = opened.map_err(|source| OutputError::Open { path: path.into(), source })?;
+    decode(path, BufReader::new(file), length)
+}
+
+/// Reads a picture like [`read_png`] from the bytes of a file; `name` stands for its path in errors.
+///
+/// # Errors
+/// As those of [`read_png`].
+pub fn read_png_bytes(name: &Path, bytes: &[u8]) -> Result<Image, OutputError> {
+    decode(name, Cursor::new(bytes), bytes.len() as u64)
+}
+
+fn decode(path: &Path, file: impl BufRead + Seek, length: u64) -> Result<Image, OutputError> {
     let not_png = |error: DecodingError| OutputError::NotPng { path: path.into(), reason: error.to_string() };
-    let mut decoder = Decoder::new(BufReader::new(file));
+    let mut decoder = Decoder::new(file);
     decoder.set_transformations(Transformations::EXPAND);
     let mut reader = decoder.read_info().map_err(not_png)?;
     let (width, height) = (reader.info().width as usize, reader.info().height as usize);
     let oversize = || OutputError::Oversize { path: path.into(), width, height, limit: MAX_PIXELS };
-    if width * height > MAX_PIXELS {
+    if width.checked_mul(height).is_none_or(|pixels| pixels > MAX_PIXELS) {
         return Err(oversize());
     }
+    check_length(path, reader.info(), length)?;
+    let memory = (size_of::<Rgb>() + MOST_BYTES_A_PIXEL) * width * height;
+    input::check_memory(memory as u64).map_err(|source| OutputError::Open { path: path.into(), source })?;
     let mut bytes = vec![0; reader.output_buffer_size().ok_or_else(oversize)?];
     let frame = reader.next_frame(&mut bytes).map_err(not_png)?;
     let bytes_each = if frame.bit_depth == png::BitDepth::Sixteen { 2 } else { 1 };
@@ -31,6 +48,24 @@ pub fn read_png(path: &Path) -> Result<Image, OutputError> {
         path: path.into(),
         reason: "it has not as many pixels as it says".into(),
     })
+}
+
+/// Of four channels of 16 bits.
+const MOST_BYTES_A_PIXEL: usize = 8;
+/// So many bytes of pixels may be promised by a file however short it is.
+const ALWAYS_FINE: usize = 1 << 24;
+/// Bytes that deflate makes of one, at most, with some room.
+const MOST_PER_BYTE: u64 = 1100;
+
+/// Refuses a file that promises more pixels than it can hold, before memory is taken for them.
+fn check_length(path: &Path, info: &Info, length: u64) -> Result<(), OutputError> {
+    let (width, height) = (info.width, info.height);
+    let promised = info.raw_bytes();
+    if promised <= ALWAYS_FINE || promised as u64 <= length.saturating_mul(MOST_PER_BYTE) {
+        return Ok(());
+    }
+    let reason = format!("{length} bytes cannot hold the {width}x{height} pixels that it promises");
+    Err(OutputError::NotPng { path: path.into(), reason })
 }
 
 /// The colour of a pixel whose samples are big-endian integers.
@@ -50,7 +85,7 @@ mod tests {
     use super::*;
     use crate::output::{Display, write_png};
     use png::{BitDepth, Encoder};
-    use std::fs;
+    use std::fs::{self, File};
     use std::path::PathBuf;
     use tempfile::TempDir;
 

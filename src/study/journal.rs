@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::StudyError;
+use crate::input;
 
 /// The error of a picture, and what it took.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -58,6 +59,10 @@ impl Journal {
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder).map_err(failed)?;
         }
+        match input::open_file(path) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(failed(error)),
+            _ => {}
+        }
         let mut file = OpenOptions::new()
             .read(true)
             .write(true)
@@ -67,10 +72,25 @@ impl Journal {
             .map_err(failed)?;
         let mut text = String::new();
         file.read_to_string(&mut text).map_err(failed)?;
-        let whole = text.rfind('\n').map_or(0, |end| end + 1);
+        let (runs, whole) = Journal::parse(path, &text)?;
         file.set_len(whole as u64).and_then(|()| file.seek(io::SeekFrom::End(0))).map_err(failed)?;
-        let runs = parse(path, &text[..whole])?;
         Ok(Journal { path: path.into(), file, runs, torn: whole < text.len() })
+    }
+
+    /// The runs in the text of a list, and how many of its bytes are whole lines; `path` is named in errors.
+    ///
+    /// # Errors
+    /// When a whole line is no run.
+    pub fn parse(path: &Path, text: &str) -> Result<(Vec<Run>, usize), StudyError> {
+        let whole = text.rfind('\n').map_or(0, |end| end + 1);
+        let run = |(index, line): (usize, &str)| {
+            serde_json::from_str(line).map_err(|error| StudyError::Line {
+                path: path.into(),
+                line: index + 1,
+                reason: error.to_string(),
+            })
+        };
+        Ok((text[..whole].lines().enumerate().map(run).collect::<Result<_, _>>()?, whole))
     }
 
     /// Whether a torn last line was cut off.
@@ -99,17 +119,6 @@ impl Journal {
         self.runs.push(run);
         Ok(())
     }
-}
-
-fn parse(path: &Path, text: &str) -> Result<Vec<Run>, StudyError> {
-    let run = |(index, line): (usize, &str)| {
-        serde_json::from_str(line).map_err(|error| StudyError::Line {
-            path: path.into(),
-            line: index + 1,
-            reason: error.to_string(),
-        })
-    };
-    text.lines().enumerate().map(run).collect()
 }
 
 #[cfg(test)]
