@@ -9,7 +9,7 @@ use crate::bsdf::DiffuseSampling;
 use crate::compare::{Bound, Crop};
 use crate::ppm;
 use crate::reference;
-use crate::scene::{self, FilmDesc};
+use crate::scene::{self, Access, FilmDesc};
 use crate::study::Axis;
 
 /// Progressive photon mapping on Embree 4: caustics from small lights, in mirrors, through glass, under water.
@@ -181,6 +181,26 @@ pub struct RunArgs {
     /// Leave the measured seconds out of the EXR's header, so that equal pictures are equal files
     #[arg(long)]
     pub reproducible: bool,
+    /// Write the picture in 16 bits a sample: larger values than 65504 become that, and are counted
+    #[arg(long)]
+    pub half: bool,
+    #[command(flatten)]
+    pub access: AccessArgs,
+}
+
+/// What a scene may read and ask for.
+#[derive(Args, Clone, Copy, Debug)]
+pub struct AccessArgs {
+    /// Trust the scene with nothing: refuse files outside its folder, and pictures, counts and meshes beyond limits
+    /// (docs/scenes.md lists them)
+    #[arg(long)]
+    pub sandbox: bool,
+}
+
+impl From<AccessArgs> for Access {
+    fn from(args: AccessArgs) -> Access {
+        if args.sandbox { Access::sandbox() } else { Access::any() }
+    }
 }
 
 #[derive(Args, Debug)]
@@ -256,6 +276,8 @@ pub struct CompareArgs {
 pub struct InfoArgs {
     /// The scene (TOML)
     pub scene: PathBuf,
+    #[command(flatten)]
+    pub access: AccessArgs,
     /// Who answers what rays hit
     #[arg(long, value_enum, default_value_t = Traversal::Embree)]
     pub traversal: Traversal,
@@ -361,6 +383,8 @@ goes on where an interrupted one was, and repeats nothing. Ctrl-C reports what i
 pub struct StudyArgs {
     /// The scene (TOML)
     pub scene: PathBuf,
+    #[command(flatten)]
+    pub access: AccessArgs,
     /// Hold the pictures against this one (EXR), which also gives their size
     #[arg(long, value_name = "FILE.exr")]
     pub reference: Option<PathBuf>,

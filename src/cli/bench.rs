@@ -16,7 +16,7 @@ use crate::bench::structures::{RIVALS, VARIANTS};
 use crate::output::{check_writable, write_atomically};
 use crate::ppm::Settings;
 use crate::report::Page;
-use crate::scene::Scene;
+use crate::scene::{Access, Scene};
 
 /// Measures what was asked for, and reports it in all forms that were asked for.
 pub fn run(args: &BenchArgs) -> Result<Outcome, CliError> {
@@ -51,7 +51,7 @@ fn run_numerics(args: &BenchArgs, passes: u32) -> Result<Outcome, CliError> {
 }
 
 fn run_pass(args: &BenchArgs, path: &Path) -> Result<Outcome, CliError> {
-    let desc = load(path)?;
+    let desc = load(path, Access::any())?;
     let of_scene = Settings::of_scene(&desc.render);
     let scene = Scene::new(desc)?;
     let render = Settings {
@@ -69,7 +69,7 @@ fn run_gather(args: &BenchArgs) -> Result<Outcome, CliError> {
     let Some(path) = &args.scene else {
         return measure_gather(args, &Source::Walls);
     };
-    let scene = Scene::new(load(path)?)?;
+    let scene = Scene::new(load(path, Access::any())?)?;
     let settings = Settings::of_scene(scene.render());
     measure_gather(
         args,

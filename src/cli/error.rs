@@ -72,6 +72,8 @@ pub enum CliError {
     Bench(#[from] BenchError),
     #[error(transparent)]
     Study(#[from] StudyError),
+    #[error("{what}: {source}; ask for {remedy}")]
+    Memory { what: String, source: std::io::Error, remedy: &'static str },
     #[error("cannot start threads: {reason}")]
     Threads { reason: String },
 }
@@ -91,6 +93,7 @@ impl CliError {
             | CliError::ForeignStatistics { .. }
             | CliError::CheckpointExists { .. }
             | CliError::Checkpoint(_)
+            | CliError::Memory { .. }
             | CliError::Bench(BenchError::TooFewHitPoints { .. } | BenchError::NoPhotons { .. })
             | CliError::Study(
                 StudyError::Compare(_) | StudyError::Line { .. } | StudyError::NotFinite { .. },

@@ -21,12 +21,15 @@ mod render;
 mod study;
 mod surface;
 
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::Parser;
 
 use args::{Arguments, Command};
 use error::{CliError, Outcome};
+
+use crate::scene::{Access, SceneDesc, load_with};
 
 /// Runs the command that the process was started with.
 ///
@@ -65,10 +68,14 @@ fn use_threads(threads: Option<usize>) -> Result<usize, CliError> {
 }
 
 /// Loads a scene and passes on what its loader noticed.
-fn load(path: &std::path::Path) -> Result<crate::scene::SceneDesc, CliError> {
-    let desc = crate::scene::load(path)?;
-    for warning in &desc.warnings {
+fn load(path: &Path, access: impl Into<Access>) -> Result<SceneDesc, CliError> {
+    const MOST_TOLD: usize = 100;
+    let desc = load_with(path, &access.into())?;
+    for warning in desc.warnings.iter().take(MOST_TOLD) {
         note!("warning: {warning}");
+    }
+    if desc.warnings.len() > MOST_TOLD {
+        note!("warning: and {} more warnings", desc.warnings.len() - MOST_TOLD);
     }
     Ok(desc)
 }

@@ -27,6 +27,7 @@ pub struct Outputs {
     display: Display,
     traversal: Traversal,
     reproducible: bool,
+    half: bool,
 }
 
 /// A line of the statistics.
@@ -58,8 +59,13 @@ impl Outputs {
         Ok(Outputs {
             scene: args.scene.display().to_string(),
             threads,
-            picture: PicturePath::new(&output)?,
-            direct: args.direct.as_deref().map(PicturePath::new).transpose()?,
+            picture: PicturePath::new(&output)?.with_half(args.run.half),
+            direct: args
+                .direct
+                .as_deref()
+                .map(PicturePath::new)
+                .transpose()?
+                .map(|path| path.with_half(args.run.half)),
             every_pass: args.every_pass.clone(),
             json: args.json.as_deref().map(|path| JsonLines::open(path, passes_before)).transpose()?,
             tells_setup: true,
@@ -67,6 +73,7 @@ impl Outputs {
             display: Display::from(&args.run.display),
             traversal: args.run.traversal.into(),
             reproducible: args.run.reproducible,
+            half: args.run.half,
         })
     }
 
@@ -88,7 +95,8 @@ impl Outputs {
             })?;
         }
         if let Some(folder) = &self.every_pass {
-            let path = PicturePath::in_checked_folder(folder, &format!("pass_{:04}.exr", pass.pass));
+            let path = PicturePath::in_checked_folder(folder, &format!("pass_{:04}.exr", pass.pass))
+                .with_half(self.half);
             path.write(&render.picture(), &self.metadata(render, seconds), &self.display)?;
         }
         Ok(())

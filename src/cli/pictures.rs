@@ -3,13 +3,17 @@ use std::path::{Path, PathBuf};
 use super::args::DisplayArgs;
 use super::error::CliError;
 use crate::film::Image;
-use crate::output::{Display, ExrLayer, Metadata, check_writable, write_exr, write_exr_layers, write_png};
+use crate::output::{
+    Display, ExrLayer, LARGEST_HALF, Metadata, check_writable, write_exr, write_exr_half, write_exr_layers,
+    write_png,
+};
 
 /// Where a picture goes: an EXR for numbers and a PNG of the same name for eyes.
 #[derive(Clone, Debug)]
 pub struct PicturePath {
     exr: PathBuf,
     png: PathBuf,
+    half: bool,
 }
 
 impl PicturePath {
@@ -21,13 +25,18 @@ impl PicturePath {
         }
         let png = exr.with_extension("png");
         check_writable(&png).map_err(CliError::BadOutput)?;
-        Ok(PicturePath { exr: exr.into(), png })
+        Ok(PicturePath { exr: exr.into(), png, half: false })
+    }
+
+    /// Whether [`PicturePath::write`] keeps 16 bits a sample.
+    pub fn with_half(self, half: bool) -> PicturePath {
+        PicturePath { half, ..self }
     }
 
     /// A picture whose folder was found to be writable before.
     pub fn in_checked_folder(folder: &Path, name: &str) -> PicturePath {
         let exr = folder.join(name);
-        PicturePath { png: exr.with_extension("png"), exr }
+        PicturePath { png: exr.with_extension("png"), exr, half: false }
     }
 
     /// A picture of the same name with `suffix` before its extension.
@@ -50,7 +59,12 @@ impl PicturePath {
         display: &Display,
     ) -> Result<(), CliError> {
         self.warn_of_non_finite(image);
-        write_exr_layers(&self.exr, image, layers, metadata)?;
+        if self.half {
+            let clamped = write_exr_half(&self.exr, image, layers, metadata)?;
+            self.warn_of_clamped(clamped);
+        } else {
+            write_exr_layers(&self.exr, image, layers, metadata)?;
+        }
         Ok(write_png(&self.png, image, display)?)
     }
 
@@ -58,6 +72,15 @@ impl PicturePath {
     pub fn write_exr(&self, image: &Image, metadata: &Metadata) -> Result<(), CliError> {
         self.warn_of_non_finite(image);
         Ok(write_exr(&self.exr, image, metadata)?)
+    }
+
+    fn warn_of_clamped(&self, n: usize) {
+        if n > 0 {
+            let path = self.exr.display();
+            note!(
+                "warning: {path}: {n} values beyond ±{LARGEST_HALF}, the most that 16 bits hold, became that"
+            );
+        }
     }
 
     fn warn_of_non_finite(&self, image: &Image) {

@@ -3,7 +3,7 @@ use super::error::{CliError, Outcome};
 use super::interrupt::Interrupt;
 use super::pictures::{PicturePath, default_output};
 use super::progress::{Budget, Progress};
-use super::{load, use_threads};
+use super::{load, memory, use_threads};
 use crate::output::{Display, Metadata, Value};
 use crate::reference::{Estimator, Method, share_seen_specular};
 use crate::scene::{Scene, Traversal};
@@ -12,10 +12,11 @@ use crate::scene::{Scene, Traversal};
 pub fn run(args: &ReferenceArgs) -> Result<Outcome, CliError> {
     use_threads(args.run.threads)?;
     let method = Method::from(args.method);
-    let mut desc = load(&args.scene)?;
+    let mut desc = load(&args.scene, args.run.access)?;
     desc.film = args.run.size.unwrap_or(desc.film);
+    memory::check_reference(&desc.film)?;
     let output = args.output.clone().unwrap_or_else(|| default_output(&desc.name, suffix(method)));
-    let picture = PicturePath::new(&output)?;
+    let picture = PicturePath::new(&output)?.with_half(args.run.half);
     let error = picture.with_suffix("_stderr")?;
     let scene = Scene::with_traversal(desc, args.run.traversal.into())?;
     if method == Method::Light {

@@ -5,7 +5,7 @@ use super::error_watch::{ErrorWatch, percent};
 use super::interrupt::Interrupt;
 use super::outputs::Outputs;
 use super::progress::{Budget, Progress};
-use super::{load, use_threads};
+use super::{load, memory, use_threads};
 use crate::checkpoint::Checkpoint;
 use crate::ppm::{ErrorEstimates, Render, Settings};
 use crate::scene::{Scene, SceneDesc};
@@ -13,10 +13,11 @@ use crate::scene::{Scene, SceneDesc};
 /// Renders a scene by photon mapping: passes until the budget is spent or the target reached, then the picture.
 pub fn run(args: &RenderArgs) -> Result<Outcome, CliError> {
     let threads = use_threads(args.run.threads)?;
-    let mut desc = load(&args.scene)?;
+    let mut desc = load(&args.scene, args.run.access)?;
     desc.film = args.run.size.unwrap_or(desc.film);
     let settings = settings(args, &desc);
     check_target(args, &settings)?;
+    memory::check_render(&desc.film, &settings)?;
     let mut checkpoints = Checkpoints::open(args, &desc, &settings)?;
     let resumed = match &mut checkpoints {
         Some(checkpoints) if args.resume => checkpoints.load()?,

@@ -8,7 +8,7 @@ use super::args::StudyArgs;
 use super::console::print;
 use super::error::{CliError, Outcome};
 use super::interrupt::Interrupt;
-use super::{load, use_threads};
+use super::{load, memory, use_threads};
 use crate::bench::machine::Machine;
 use crate::output::{check_writable, read_exr, write_atomically};
 use crate::ppm::{Render, Settings};
@@ -23,10 +23,11 @@ use crate::study::{
 /// Measures error against seconds, and reports what there is however it ends.
 pub fn run(args: &StudyArgs) -> Result<Outcome, CliError> {
     use_threads(args.threads)?;
-    let mut desc = load(&args.scene)?;
+    let mut desc = load(&args.scene, args.access)?;
     let given = args.reference.as_deref().map(given).transpose()?;
     let settings = Settings::of_scene(&desc.render);
     desc.film = film(args, &desc, given.as_ref());
+    memory::check_render(&desc.film, &settings)?;
     let subject = Subject {
         scene: args.scene.display().to_string(),
         size: (desc.film.width, desc.film.height),
