@@ -1,14 +1,13 @@
-//! The project's own scene files, and mesh files as they are found in the wild.
+//! The project's own scene files.
 
 #![allow(clippy::unwrap_used)]
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use caustica::bsdf::Bsdf;
 use caustica::math::{Aabb, Rgb, Vec3};
 use caustica::scene::{Mesh, SceneDesc, load, water};
-use proptest::prelude::*;
 
 /// One of the project's own scenes.
 fn ours(name: &str) -> SceneDesc {
@@ -126,85 +125,5 @@ fn the_cornell_scenes_hold_their_numbers() {
             (scene.camera.position, scene.camera.fov_degrees),
             (Vec3::new(275., 275., -800.), 39.3077)
         );
-    }
-}
-
-const CAMERA: &str = "camera = { position = [0, 0, 5], look_at = [0, 0, 0], fov = 40 }\n";
-
-/// All OBJ files of a folder beside the project, which may be absent.
-fn obj_files(folder: &str) -> Vec<PathBuf> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes").join(folder);
-    let Ok(entries) = fs::read_dir(&root) else {
-        eprintln!("skipped: {} is absent", root.display());
-        return Vec::new();
-    };
-    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
-    paths.retain(|path| path.extension().is_some_and(|e| e == "obj"));
-    paths.sort();
-    paths
-}
-
-#[test]
-fn files_found_in_the_wild_load_or_say_why_not() {
-    let refused = [
-        "box_UTF16BE.obj",
-        "catmark_torus_creases0.obj",
-        "smoothing-group-two-squares.obj",
-        "invalid-face-definition.obj",
-        "invalid-relative-texture-index.obj",
-        "invalid_index.obj",
-        "invalid-relative-vertex-index.obj",
-        "issue-140-zero-face-idx.obj",
-        "issue-356-leading-spaces-newmtl.obj",
-        "line-prim.obj",
-        "lines.obj",
-        "number_formats.obj",
-        "point_cloud.obj",
-        "points-prim.obj",
-        "test-nan.obj",
-        "testline.obj",
-        "testpoints.obj",
-    ];
-    let folders = [
-        "dirty-obj/assimp-OBJ",
-        "dirty-obj/tinyobjloader",
-        "dirty-obj/tobj",
-        "mcguire",
-        "baked/veach-bidir",
-        "baked/ring-glass-caustics",
-    ];
-    for path in folders.iter().flat_map(|folder| obj_files(folder)) {
-        let name = path.file_name().unwrap().to_str().unwrap();
-        let table = format!("{CAMERA}[[mesh]]\nfile = '{}'\n", path.display());
-        for normals in ["", "normals = \"smooth\"\n"] {
-            match read(&format!("{table}{normals}"), &[]) {
-                Ok(scene) => check_invariants(&scene, name),
-                Err(error) => assert!(refused.contains(&name) && error.contains(name), "{error}"),
-            }
-        }
-        assert_eq!(read(&table, &[]).is_err(), refused.contains(&name), "{name}");
-    }
-}
-
-fn check_invariants(scene: &SceneDesc, name: &str) {
-    for mesh in &scene.meshes {
-        assert!(!mesh.triangles.is_empty() && mesh.materials.len() == mesh.triangles.len(), "{name}");
-        assert!(mesh.triangles.iter().flatten().all(|&i| (i as usize) < mesh.vertices.len()), "{name}");
-        assert!(mesh.materials.iter().all(|&m| (m as usize) < scene.materials.len()), "{name}");
-        let normals = mesh.normals.iter().flatten();
-        assert!(normals.clone().all(|n| n.is_normalized()), "{name}");
-        assert!(mesh.normals.is_none() || normals.count() == mesh.vertices.len(), "{name}");
-    }
-}
-
-proptest! {
-    #[test]
-    fn no_damage_to_a_scene_makes_it_panic(at in 0usize..900, removed in 0usize..30, put in "[\\[\\]{}=\",.a-e0-9 \n-]{0,5}") {
-        let mut text = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("data/cornell_b.toml")).unwrap();
-        text.replace_range(at..at + removed, &put);
-        match read(&text, &[]) {
-            Ok(scene) => check_invariants(&scene, &text),
-            Err(error) => prop_assert!(error.contains("s.toml"), "{error}"),
-        }
     }
 }

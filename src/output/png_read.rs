@@ -36,6 +36,11 @@ fn decode(path: &Path, file: impl BufRead + Seek, length: u64) -> Result<Image, 
     if width.checked_mul(height).is_none_or(|pixels| pixels > MAX_PIXELS) {
         return Err(oversize());
     }
+    // The decoder takes the colours out three bytes at a time.
+    if reader.info().palette.as_ref().is_some_and(|palette| palette.len() % 3 != 0) {
+        let reason = "its palette holds no whole number of colours".into();
+        return Err(OutputError::NotPng { path: path.into(), reason });
+    }
     check_length(path, reader.info(), length)?;
     let memory = (size_of::<Rgb>() + MOST_BYTES_A_PIXEL) * width * height;
     input::check_memory(memory as u64).map_err(|source| OutputError::Open { path: path.into(), source })?;

@@ -18,7 +18,7 @@ pub(super) struct Allowed {
 }
 
 /// The largest coordinate that Embree traces; it drops what lies beyond without a word.
-pub(super) const MAX_COORDINATE: f64 = 1.8e18;
+pub(super) const MAX_COORDINATE: f64 = 1.8e18_f32 as f64;
 
 pub(super) const COORDINATE: Allowed =
     Allowed { text: "a number from -1.8e18 to 1.8e18", holds: |x| x.abs() <= MAX_COORDINATE };
