@@ -6,7 +6,7 @@ CAUSTICA := $(TARGET)/release/caustica
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup build render test lint check-docs hard-cases convergence bench study accuracy instructions install clean
+.PHONY: help setup build render test lint check-docs hard-cases convergence fuzz bench study accuracy instructions install clean
 
 help: ## List these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' Makefile
@@ -43,6 +43,10 @@ hard-cases: setup ## Run the hard cases, and write their table into docs/hard-ca
 
 convergence: setup ## Hold the rates at which variance and bias fall against theory, in minutes
 	cargo test --locked --test hard_cases -- --ignored --nocapture both_fall
+
+FUZZ_SECONDS ?= 20
+fuzz: setup ## Fuzz every loader for FUZZ_SECONDS (20); needs nightly Rust and cargo-fuzz
+	scripts/fuzz.sh $(FUZZ_SECONDS)
 
 bench: build data/surface.obj ## Measure the photon pass, the gathering and the rays, in a few minutes
 	mkdir -p out

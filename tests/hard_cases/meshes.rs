@@ -42,7 +42,7 @@ fn told(scene: &SceneDesc, words: &str) -> bool {
 ///
 /// Breaks: the index wraps, the face joins some other vertices, or the program reads beyond an array.
 ///
-/// Mutation: `Scan::index` takes any number that is not below 1 for good, and `check_furthest` checks vertices alone.
+/// Mutation: `Scan::check_furthest` checks vertices alone.
 #[test]
 fn indices_that_count_nothing_are_refused() {
     for (face, line, words) in [
@@ -267,7 +267,7 @@ fn vertices_that_no_ray_reaches_are_refused() {
 ///
 /// Breaks: a mesh of ten million triangles takes all memory of a machine that could render it.
 ///
-/// Mutation: `Scan::hand_on` appends every vertex sixty times, as a copy too many of everything would cost.
+/// Mutation: `Scan::hand_on` writes sixty lines of comment for every vertex.
 #[test]
 fn a_large_mesh_takes_memory_in_proportion() {
     const SIDE: usize = 317;
@@ -340,7 +340,7 @@ fn rendered(mut desc: SceneDesc) {
 ///
 /// Breaks: one file of a hundred crashes the program, hangs it, or turns the picture black with a NaN.
 ///
-/// Mutation: `Mesh::drop_degenerate` drops nothing, and `Entry::repaired` keeps normals without direction.
+/// Mutation: `mtl::surface` does not clamp colours.
 #[test]
 fn every_dirty_file_ends_in_a_picture_or_a_refusal() {
     let folder = tempfile::tempdir().unwrap();

@@ -81,7 +81,7 @@ fn clamped_values_are_told_on_the_command_line() {
 ///
 /// Breaks: a NaN spreads through the encoder's filter or the mean of a comparison, and nobody finds where it came from.
 ///
-/// Mutation: `Display::encode` takes NaN for black, and `Sums::add` notes no pixel.
+/// Mutation: `Display::encode` takes NaN for black.
 #[test]
 fn one_nan_pixel_poisons_itself_alone_and_is_named() {
     let folder = tempfile::tempdir().unwrap();

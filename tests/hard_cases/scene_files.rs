@@ -5,6 +5,7 @@ use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::Command as Program;
+use std::time::Duration;
 
 use assert_cmd::Command;
 use caustica::math::{Rng, Stream};
@@ -194,7 +195,7 @@ fn every_misspelt_or_doubled_field_is_told() {
 ///
 /// Breaks: the loader waits for the pipe for ever, reads zeros until memory is gone, or overflows its stack.
 ///
-/// Mutation: `input::open_file` does not ask for the kind of the file, and reads as much as there is (the test hangs at the pipe).
+/// Mutation: `input::open_file` does not ask for the kind of the file (the test waits at the pipe for ever).
 #[test]
 fn what_is_no_scene_file_is_refused_without_waiting() {
     let folder = tempfile::tempdir().unwrap();
@@ -294,11 +295,33 @@ fn a_sandboxed_scene_reads_nothing_outside_its_folder() {
     assert!(told.contains("t.toml: lies outside the scene's folder") && !told.contains("secret"), "{told}");
 }
 
+/// Every command that loads a scene takes `--sandbox`, and refuses with exit code 2 before it writes anything.
+///
+/// Breaks: `info` is safe, and `study` of the same scene is not.
+///
+/// Mutation: `study::run` loads with `Access::any()`.
+#[test]
+fn every_command_that_loads_a_scene_takes_a_sandbox() {
+    let guest = Guest::new();
+    guest.refusals("[[mesh]]\nfile = \"../private.obj\"\n");
+    for command in
+        [&["info"][..], &["render", "-o", "a.exr"], &["reference", "-o", "a.exr"], &["study", "--list"]]
+    {
+        let mut program = Command::cargo_bin("caustica").unwrap();
+        let program = program.current_dir(guest.path("scene")).args(command).args(["--sandbox", "s.toml"]);
+        let output = program.timeout(Duration::from_secs(60)).output().unwrap();
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{command:?}: {told}");
+        assert!(told.contains("s.toml:3:") && told.contains("outside the scene's folder"), "{told}");
+        assert!(!guest.path("scene/a.exr").exists());
+    }
+}
+
 /// In a sandbox a scene asks for no more pixels, samples, passes, photons, bounces, triangles and bytes than the limits allow, each told with its place and limit.
 ///
 /// Breaks: a scene of 16384 x 16384 pixels with 4096 samples each keeps a render farm busy until somebody looks.
 ///
-/// Mutation: `settings::whole` compares with the format's bounds alone.
+/// Mutation: `settings::whole` knows the format's bounds alone.
 #[test]
 fn a_sandboxed_scene_asks_for_no_more_than_its_limits() {
     let guest = Guest::new();
@@ -354,7 +377,8 @@ fn a_render_beyond_memory_is_refused() {
         fs::write(&path, format!("{CAMERA}{settings}")).unwrap();
         for command in commands {
             let mut program = Command::cargo_bin("caustica").unwrap();
-            let output = program.current_dir(folder.path()).args(*command).arg("s.toml").output().unwrap();
+            let program = program.current_dir(folder.path()).args(*command).arg("s.toml");
+            let output = program.timeout(Duration::from_secs(60)).output().unwrap();
             let told = String::from_utf8_lossy(&output.stderr).into_owned();
             assert_eq!(output.status.code(), Some(2), "{command:?}: {told}");
             assert!(told.contains("of memory") && told.contains("available; ask for fewer"), "{told}");
@@ -420,7 +444,7 @@ fn damaged(bytes: &[u8], rng: &mut Rng) -> Vec<u8> {
 ///
 /// Breaks: a bit that fell over in a file brings the program down with a backtrace.
 ///
-/// Mutation: `Scan::index` forgets that an index of 0 is out of range.
+/// Mutation: `mtl::color` hands a colour of a single number on to the parser, which panics.
 #[test]
 fn no_seed_of_the_fuzzers_and_no_damage_to_it_makes_a_loader_panic() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/seeds");
