@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
-use caustica::math::{Rgb, Rng, Stream, Vec3};
+use caustica::math::{DVec3, Rgb, Rng, Stream, Vec3};
 use caustica::ppm::{Render, Settings};
 use caustica::scene::{FilmDesc, Mesh, PointLightDesc, RenderDesc, Scene, SceneDesc, load};
 
@@ -321,8 +321,10 @@ fn rendered(mut desc: SceneDesc) {
     let vertices = || desc.meshes[0].vertices.iter().map(|v| v.as_dvec3());
     let low = vertices().reduce(|a, b| a.min(b)).unwrap();
     let high = vertices().reduce(|a, b| a.max(b)).unwrap();
-    let eye = (high + 1.5 * (high - low)).as_vec3();
-    desc.camera.look_at = (0.5 * (low + high)).as_vec3();
+    let middle = 0.5 * (low + high);
+    // Off the planes in which flat meshes lie.
+    let eye = (middle + (high - low).length() * DVec3::new(0.7, 0.8, 1.2)).as_vec3();
+    desc.camera.look_at = middle.as_vec3();
     desc.camera.position = eye;
     desc.film = FilmDesc { width: 6, height: 5 };
     desc.render = RenderDesc { passes: 1, photons: 500, samples: 1, alpha: 0.7, radius: None, depth: 4 };
