@@ -134,7 +134,10 @@ fn concave_faces_are_covered_once() {
 #[test]
 fn faces_of_many_corners_end() {
     let circle = good(&polygon(star(100_000, 1.0)));
-    assert!(circle.triangles.len() > 99_000 && (doubled_area(&circle).z / 6.28318 - 1.0).abs() < 1e-3);
+    assert!(
+        circle.triangles.len() > 99_000
+            && (doubled_area(&circle).z / std::f32::consts::TAU - 1.0).abs() < 1e-3
+    );
     let refusal = read(polygon(star(1026, 0.5))).unwrap_err();
     assert!(refusal.starts_with("m.obj:1027: concave face of more than 1024 vertices; allowed"), "{refusal}");
     let mut rng = Rng::new(1, Stream::Eye, 0, 0);
