@@ -20,6 +20,8 @@ pub enum Stream {
     SeenLamps,
     /// Rays that measurements send into meshes.
     Probe,
+    /// The ways on of faint eye paths.
+    EyeRoulette,
 }
 
 /// A counter-based generator: number `dimension` of `(seed, stream, pass, index)` is a pure function of these five.

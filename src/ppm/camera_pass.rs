@@ -1,9 +1,12 @@
 //! The eye pass: Whitted's tree of specular rays from the camera, which leaves hit points where it meets diffuse surfaces.
+//!
+//! Where glass is in glass such a tree doubles from event to event. So branches fainter than [`SPLIT_WEIGHT`] follow one
+//! way, chosen by roulette: what they find is right on average, and no more than some thousand can be brighter.
 
 use rayon::prelude::*;
 
 use super::{HitPoint, HitPoints, Settings};
-use crate::bsdf::{Event, Transport};
+use crate::bsdf::{Choice, Event, Transport};
 use crate::math::{Ray, Rgb, Rng, Stream, Vec2, mean};
 use crate::scene::{Coherence, Scene, SurfaceHit};
 
@@ -25,6 +28,9 @@ const TILE: u32 = 32;
 
 /// Most rays that are traced at a time. The newest go first, so that few wait however the trees branch.
 const BATCH: usize = 8192;
+
+/// The share of an eye sample below which its branches do not split.
+const SPLIT_WEIGHT: f32 = 1.0 / 4096.0;
 
 /// Traces every eye path of the picture, tile by tile in parallel; the order of the result is that of the tiles.
 pub fn trace(scene: &Scene, settings: &Settings) -> EyePass {
@@ -86,15 +92,16 @@ fn trace_tile(
     let expected = (TILE * TILE) as usize * samples as usize;
     let tile = Tile { hit_points: Vec::with_capacity(expected.min(BATCH)), ..Tile::default() };
     let pixel_width = scene.camera().pixel_width();
-    let mut trees = EyeTrees { scene, depth: settings.depth, pixel_width, tile };
-    let (strata, weight) = (Strata::new(samples), Rgb::splat(1.0 / samples as f32));
+    let (strata, weight) = (Strata::new(samples), 1.0 / samples as f32);
+    let split_weight = SPLIT_WEIGHT * weight;
+    let mut trees = EyeTrees { scene, settings, split_weight, pixel_width, tile };
     for y in top..height.min(top + TILE) {
         for x in left..width.min(left + TILE) {
             let pixel = y * width + x;
             let mut rng = Rng::new(settings.key_of_eye_paths(), Stream::Eye, 0, u64::from(pixel));
-            for position in strata.positions(&mut rng) {
+            for (position, sample) in strata.positions(&mut rng).zip(0..) {
                 let ray = scene.camera().ray(Vec2::new(x as f32, y as f32) + position);
-                fronts.waiting[0].push(ray, Branch { weight, length: 0.0, pixel, depth: 0 });
+                fronts.waiting[0].push(ray, Branch::first(weight, pixel, sample));
             }
             if fronts.waiting[0].rays.len() >= BATCH {
                 trees.trace(fronts, &mut see);
@@ -132,6 +139,25 @@ struct Branch {
     length: f32,
     pixel: u32,
     depth: u32,
+    /// Which branch of which sample it is: a hash of the turns that it took.
+    key: u32,
+}
+
+impl Branch {
+    fn first(weight: f32, pixel: u32, sample: u32) -> Branch {
+        Branch { weight: Rgb::splat(weight), length: 0.0, pixel, depth: 0, key: sample }
+    }
+
+    fn after(&self, event: Event, weight: Rgb, length: f32) -> Branch {
+        const SPREAD: u32 = 0x9E37_79B1;
+        let key = self.key.wrapping_add(event as u32 + 1).wrapping_mul(SPREAD);
+        Branch { weight, length, depth: self.depth + 1, key, ..*self }
+    }
+
+    /// Uniform in `[0, 1)`, for its roulette.
+    fn draw(&self, settings: &Settings) -> f32 {
+        Rng::new(settings.key_of_eye_paths(), Stream::EyeRoulette, self.key, u64::from(self.pixel)).next_f32()
+    }
 }
 
 /// Rays, and the branches that they belong to.
@@ -172,7 +198,8 @@ struct Fronts {
 /// The trees of the eye samples of a tile, and where their results go.
 struct EyeTrees<'a> {
     scene: &'a Scene,
-    depth: u32,
+    settings: &'a Settings,
+    split_weight: f32,
     pixel_width: f32,
     tile: Tile,
 }
@@ -207,15 +234,21 @@ impl EyeTrees<'_> {
         if scattering.albedo != Rgb::ZERO {
             self.leave_hit_point(branch, length, hit);
         }
-        for lobe in scattering.specular() {
-            let weight = branch.weight * lobe.weight();
-            let Some(ray) = hit.continue_along(lobe.event, hit.frame().to_world(lobe.wi)) else { continue };
-            if branch.depth < self.depth {
-                waiting[usize::from(lobe.event == Event::Transmission)]
-                    .push(ray, Branch { weight, length, depth: branch.depth + 1, ..*branch });
+        let mut go_on = |event, wi, factor| {
+            let branch = branch.after(event, branch.weight * factor, length);
+            let Some(ray) = hit.continue_along(event, hit.frame().to_world(wi)) else { return };
+            if branch.depth <= self.settings.depth {
+                waiting[usize::from(event == Event::Transmission)].push(ray, branch);
             } else {
-                self.tile.cut_weight += f64::from(mean(weight));
+                self.tile.cut_weight += f64::from(mean(branch.weight));
             }
+        };
+        if mean(branch.weight) >= self.split_weight {
+            scattering.specular().for_each(|lobe| go_on(lobe.event, lobe.wi, lobe.weight()));
+        } else if let Some(Choice::Specular { event, wi, factor }) =
+            scattering.choose(branch.draw(self.settings))
+        {
+            go_on(event, wi, factor);
         }
     }
 
@@ -233,6 +266,7 @@ impl EyeTrees<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::Vec3;
     use crate::scene;
     use std::path::Path;
 
@@ -263,18 +297,19 @@ mod tests {
             let mut naive = Naive { pixels: vec![[0.0; 2]; (SIZE.0 * SIZE.1) as usize], ..Naive::default() };
             for pixel in 0..SIZE.0 * SIZE.1 {
                 let mut rng = Rng::new(settings.key_of_eye_paths(), Stream::Eye, 0, u64::from(pixel));
-                for position in Strata::new(settings.samples).positions(&mut rng) {
+                for (position, sample) in Strata::new(settings.samples).positions(&mut rng).zip(0..) {
                     let corner = Vec2::new((pixel % SIZE.0) as f32, (pixel / SIZE.0) as f32);
                     let ray = scene.camera().ray(corner + position);
-                    let weight = 1.0 / settings.samples as f32;
-                    naive.follow(scene, &ray, Rgb::splat(weight), pixel as usize, settings.depth);
+                    let branch = Branch::first(1.0 / settings.samples as f32, pixel, sample);
+                    naive.follow(scene, &ray, branch, settings);
                 }
             }
             naive
         }
 
-        fn follow(&mut self, scene: &Scene, ray: &Ray, weight: Rgb, pixel: usize, depth: u32) {
+        fn follow(&mut self, scene: &Scene, ray: &Ray, branch: Branch, settings: &Settings) {
             self.rays += 1;
+            let (weight, pixel) = (branch.weight, branch.pixel as usize);
             let Some(hit) = scene.intersect(ray) else { return };
             self.pixels[pixel][1] += f64::from(mean(weight * scene.emission(&hit)));
             let scattering = scene.scatter(&hit, Transport::Camera);
@@ -282,11 +317,19 @@ mod tests {
                 self.pixels[pixel][0] += f64::from(mean(weight));
                 self.hit_points += 1;
             }
-            for lobe in scattering.specular() {
-                let weight = weight * lobe.weight();
-                match hit.continue_along(lobe.event, hit.frame().to_world(lobe.wi)) {
-                    Some(ray) if depth > 0 => self.follow(scene, &ray, weight, pixel, depth - 1),
-                    Some(_) => self.cut_weight += f64::from(mean(weight)) / f64::from(SIZE.0 * SIZE.1),
+            let ways: Vec<(Event, Vec3, Rgb)> = if mean(weight) * settings.samples as f32 >= SPLIT_WEIGHT {
+                scattering.specular().map(|lobe| (lobe.event, lobe.wi, lobe.weight())).collect()
+            } else {
+                match scattering.choose(branch.draw(settings)) {
+                    Some(Choice::Specular { event, wi, factor }) => vec![(event, wi, factor)],
+                    _ => vec![],
+                }
+            };
+            for (event, wi, factor) in ways {
+                let next = branch.after(event, weight * factor, 0.0);
+                match hit.continue_along(event, hit.frame().to_world(wi)) {
+                    Some(ray) if next.depth <= settings.depth => self.follow(scene, &ray, next, settings),
+                    Some(_) => self.cut_weight += f64::from(mean(next.weight)) / f64::from(SIZE.0 * SIZE.1),
                     None => (),
                 }
             }
@@ -325,7 +368,7 @@ mod tests {
         let count = 2 * BATCH as u32 + 5;
         for pixel in 0..count {
             let ray = Ray::new(Default::default(), Default::default());
-            waiting.push(ray, Branch { weight: Rgb::ONE, length: 0.0, pixel, depth: 0 });
+            waiting.push(ray, Branch::first(1.0, pixel, 0));
         }
         let mut end = count;
         while end > 0 {

@@ -51,7 +51,8 @@ fn powers_of_two_change_no_bit() {
 /// At any other scale rounding moves a photon in a million across the rim of a disc; all else stays within 1e-4.
 ///
 /// Breaks: as above; thresholds compared with lengths or areas.
-/// Mutation: `offset_origin` with 1e-4 in place of the error of the point.
+/// Mutation: `offset_origin` with 1e-4 in place of the error of the point; random numbers of direct light keyed by the
+/// place in the tree.
 #[test]
 fn any_scale_gives_the_same_picture() {
     for scale in [1e-4, 1e-2, 7.0, 1e3, 1e6] {
