@@ -6,7 +6,7 @@ CAUSTICA := $(TARGET)/release/caustica
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup build render test lint check-docs hard-cases convergence fuzz bench study accuracy instructions install clean
+.PHONY: help setup build render test lint check-docs hard-cases convergence fuzz sanitize bench study accuracy instructions install clean
 
 help: ## List these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' Makefile
@@ -47,6 +47,9 @@ convergence: setup ## Hold the rates at which variance and bias fall against the
 FUZZ_SECONDS ?= 20
 fuzz: setup ## Fuzz every loader for FUZZ_SECONDS (20); needs nightly Rust and cargo-fuzz
 	scripts/fuzz.sh $(FUZZ_SECONDS)
+
+sanitize: setup ## Look for wrong memory accesses in the SIMD kernels; needs nightly Rust and valgrind
+	scripts/sanitize.sh
 
 bench: build data/surface.obj ## Measure the photon pass, the gathering and the rays, in a few minutes
 	mkdir -p out

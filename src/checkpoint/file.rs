@@ -5,6 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::{Checkpoint, CheckpointError, Facts, FormatError, parse, write};
+use crate::input::read_file;
 use crate::output::{OutputError, check_writable, replace_atomically};
 
 /// The file of a checkpoint, and beside it the one before: `FILE` and `FILE.previous`.
@@ -116,9 +117,12 @@ impl CheckpointFile {
     }
 }
 
+/// The bytes, and what is made of them.
+const MEMORY_A_BYTE: u64 = 3;
+
 /// What a file holds; `None` where there is no file.
 fn read(path: &Path) -> Result<Option<Result<Checkpoint<'static>, FormatError>>, CheckpointError> {
-    match fs::read(path) {
+    match read_file(path, MEMORY_A_BYTE) {
         Ok(bytes) => Ok(Some(parse(&bytes))),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
         Err(source) => Err(CheckpointError::Read { path: path.into(), source }),

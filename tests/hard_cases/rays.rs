@@ -86,7 +86,7 @@ fn lamps_very_near_and_very_far_are_seen() {
 /// A lamp that lies in the very plane of the floor lights the ceiling as if the floor were not there.
 ///
 /// Breaks: the floor hides the lamp, wholly or in stripes.
-/// Mutation: shadow rays that end in the lamp itself: neither their target nor their end held off it.
+/// Mutation: shadow rays a thousandth longer than the way to the lamp.
 #[test]
 fn a_lamp_in_the_plane_of_a_floor_is_seen() {
     let mut desc = with_lamp(0.0, 1.0);

@@ -8,6 +8,7 @@ use std::process::Command as Program;
 use std::time::Duration;
 
 use assert_cmd::Command;
+use caustica::checkpoint;
 use caustica::math::{Rng, Stream};
 use caustica::output::{read_exr_bytes, read_png_bytes};
 use caustica::scene::{Access, Limits, load, load_with};
@@ -391,7 +392,7 @@ fn a_render_beyond_memory_is_refused() {
 type Loader = fn(&[u8]);
 
 /// What the fuzz targets do, by their names; a panic is what they must not do.
-const LOADERS: [(&str, Loader); 6] = [
+const LOADERS: [(&str, Loader); 7] = [
     ("scene", |bytes| {
         let text = String::from_utf8_lossy(bytes);
         let parts: Vec<&str> = text.splitn(3, "\n%%\n").collect();
@@ -403,6 +404,7 @@ const LOADERS: [(&str, Loader); 6] = [
     ("exr", |bytes| drop(read_exr_bytes(Path::new("a.exr"), bytes))),
     ("png", |bytes| drop(read_png_bytes(Path::new("a.png"), bytes))),
     ("journal", |bytes| drop(Journal::parse(Path::new("a.jsonl"), &String::from_utf8_lossy(bytes)))),
+    ("checkpoint", |bytes| drop(checkpoint::parse(&[bytes, blake3::hash(bytes).as_bytes()].concat()))),
 ];
 
 const MESH_SCENE: &str =
