@@ -36,6 +36,7 @@ pub mod camera;
 pub mod checkpoint;
 pub mod cli;
 pub mod compare;
+pub mod doctor;
 pub mod embree;
 pub mod film;
 pub mod input;

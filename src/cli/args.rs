@@ -1,9 +1,13 @@
+mod doctor;
+
 use std::ops::RangeBounds;
 use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
+
+pub use doctor::DoctorArgs;
 
 use crate::bsdf::DiffuseSampling;
 use crate::compare::{Bound, Crop};
@@ -29,8 +33,9 @@ Examples:
   caustica compare out/course_diffuse.exr out/reference.exr --fail-above relmse=0.01
   caustica study data/course_water.toml --make-reference
 
-Exit codes: 0 done; 1 a comparison exceeded its bound or a file could not be written; 2 wrong input or
-arguments, nothing was written; 130 interrupted, the picture so far was written; 141 standard output was closed.";
+Exit codes: 0 done; 1 a comparison exceeded its bound, the doctor found faults, or a file could not be
+written; 2 wrong input or arguments, nothing was written; 130 interrupted, the picture so far was written;
+141 standard output was closed.";
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
@@ -42,6 +47,8 @@ pub enum Command {
     Compare(CompareArgs),
     /// Say what a scene holds and how it would be rendered
     Info(InfoArgs),
+    /// Examine a scene, or the program itself, and say what is odd and what a render will therefore do
+    Doctor(DoctorArgs),
     /// Write the water surface of the course's scene as OBJ
     Surface(SurfaceArgs),
     /// Measure the photon pass against bare ray tracing, or trees of spheres or triangles against their rivals

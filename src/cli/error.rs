@@ -7,6 +7,7 @@ use thiserror::Error;
 use crate::bench::BenchError;
 use crate::checkpoint::CheckpointError;
 use crate::compare::CompareError;
+use crate::doctor::StabilityError;
 use crate::embree::EmbreeError;
 use crate::output::OutputError;
 use crate::scene::{SceneError, TraversalError};
@@ -17,6 +18,10 @@ use crate::study::StudyError;
 pub enum Outcome {
     Done,
     BoundExceeded,
+    /// What was examined has faults.
+    Unsound,
+    /// What was to be examined cannot be read.
+    NotLoaded,
     Interrupted,
 }
 
@@ -24,7 +29,8 @@ impl Outcome {
     pub fn exit_code(self) -> ExitCode {
         ExitCode::from(match self {
             Outcome::Done => 0,
-            Outcome::BoundExceeded => 1,
+            Outcome::BoundExceeded | Outcome::Unsound => 1,
+            Outcome::NotLoaded => 2,
             Outcome::Interrupted => 130,
         })
     }
@@ -69,6 +75,8 @@ pub enum CliError {
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
     #[error(transparent)]
+    Stability(#[from] StabilityError),
+    #[error(transparent)]
     Bench(#[from] BenchError),
     #[error(transparent)]
     Study(#[from] StudyError),
@@ -88,6 +96,7 @@ impl CliError {
             | CliError::BadOutput(_)
             | CliError::NotExrName { .. }
             | CliError::ErrorPictureName { .. }
+            | CliError::Stability(StabilityError::Traversal(_))
             | CliError::TargetOutOfReach { .. }
             | CliError::BadImage(_)
             | CliError::ForeignStatistics { .. }
@@ -103,6 +112,7 @@ impl CliError {
             CliError::Write(_)
             | CliError::StandardOutput { .. }
             | CliError::Statistics { .. }
+            | CliError::Stability(StabilityError::Threads { .. })
             | CliError::Bench(_)
             | CliError::Study(_)
             | CliError::Threads { .. } => 1,

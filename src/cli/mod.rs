@@ -7,6 +7,7 @@ mod args;
 mod bench;
 mod checkpoints;
 mod compare;
+mod doctor;
 mod error;
 mod error_watch;
 mod info;
@@ -33,9 +34,9 @@ use crate::scene::{Access, SceneDesc, load_with};
 
 /// Runs the command that the process was started with.
 ///
-/// Exit codes: 0 done; 1 a comparison exceeded its bound, or a file could not be written; 2 the input or the
-/// arguments are wrong, nothing was written; 130 interrupted, the picture so far was written; 141 whoever read standard output
-/// has closed it.
+/// Exit codes: 0 done; 1 a comparison exceeded its bound, a scene or the program is not sound, or a file could not be
+/// written; 2 the input or the arguments are wrong, nothing was written; 130 interrupted, the picture so far was written;
+/// 141 whoever read standard output has closed it.
 pub fn run() -> ExitCode {
     match dispatch(Arguments::parse().command) {
         Ok(outcome) => outcome.exit_code(),
@@ -52,6 +53,7 @@ fn dispatch(command: Command) -> Result<Outcome, CliError> {
         Command::Reference(args) => reference::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Info(args) => info::run(&args),
+        Command::Doctor(args) => doctor::run(&args),
         Command::Surface(args) => surface::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Study(args) => study::run(&args),

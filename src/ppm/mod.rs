@@ -50,6 +50,7 @@ pub use hit_points::HitPoints;
 pub use ledger::Ledger;
 pub use photon_pass::{Photon, PhotonBatch, PhotonPass};
 pub use radius::automatic_radius;
+pub use radius_floor::least_radius;
 pub use radius_policy::RadiusPolicy;
 pub use render_state::{ForeignState, RenderState};
 pub use settings::{ErrorEstimates, Settings};

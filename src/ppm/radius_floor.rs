@@ -13,13 +13,14 @@ pub(super) struct RadiusFloor {
 /// Least radius, in errors of the point: four to eight steps of its largest coordinate.
 const FLOOR_ERRORS: f64 = 0.25;
 
-fn floor(hit_point: &HitPoint) -> f64 {
+/// The radius at which the disc of a hit point stops shrinking, in scene units.
+pub fn least_radius(hit_point: &HitPoint) -> f64 {
     FLOOR_ERRORS * f64::from(hit_point.receiver.p_error)
 }
 
 impl RadiusFloor {
     pub(super) fn of(hit_points: &[HitPoint]) -> RadiusFloor {
-        RadiusFloor { largest: hit_points.iter().map(floor).fold(0.0, f64::max) }
+        RadiusFloor { largest: hit_points.iter().map(least_radius).fold(0.0, f64::max) }
     }
 
     /// Raises radii that are below their floor, and tells what they are then.
@@ -33,7 +34,7 @@ impl RadiusFloor {
         if range.min > self.largest {
             return range;
         }
-        let floored = states.raise(|position| floor(&hit_points[position]));
+        let floored = states.raise(|position| least_radius(&hit_points[position]));
         tree.refit(|position| states.get(position).radius() as f32);
         RadiusRange { floored, ..RadiusRange::of(tree.radii()) }
     }

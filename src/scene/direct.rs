@@ -42,7 +42,8 @@ impl Scene {
         samples.chain(self.lights().illuminate_area(receiver.p, rng)).filter_map(|s| shadow_ray(receiver, &s))
     }
 
-    fn arriving(&self, receiver: &Receiver, sample: &IlluminationSample) -> DirectLight {
+    /// What of the illumination `sample` arrives at the receiver, by one shadow ray unless it faces away.
+    pub fn arriving(&self, receiver: &Receiver, sample: &IlluminationSample) -> DirectLight {
         let Some(ray) = shadow_ray(receiver, sample) else { return DirectLight::default() };
         let cos = receiver.ns.dot(sample.wi);
         let irradiance = if self.occluded(&ray) { Rgb::ZERO } else { cos * sample.irradiance };

@@ -67,7 +67,7 @@ pub(super) fn geometric_normal(corners: [Vec3; 3]) -> Option<Vec3> {
 }
 
 /// The distance of the longest edge from the corner opposite it: twice the area over the edge. 0 without area.
-pub(super) fn least_altitude(corners: [Vec3; 3]) -> f32 {
+pub fn least_altitude(corners: [Vec3; 3]) -> f32 {
     let [a, b, c] = corners.map(|p| p.as_dvec3());
     let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
     if longest > 0.0 { ((b - a).cross(c - a).length() / longest) as f32 } else { 0.0 }

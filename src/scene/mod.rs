@@ -22,8 +22,8 @@ pub use desc::{CameraDesc, FilmDesc, Material, PointLightDesc, RenderDesc, Scene
 pub use direct::DirectLight;
 pub use error::SceneError;
 pub use load::{Access, Limits, load, load_with};
-pub use mesh::Mesh;
-pub use surface::{Receiver, SurfaceHit};
+pub use mesh::{Mesh, least_altitude};
+pub use surface::{Receiver, SurfaceHit, keeps_clear_of_edges};
 pub use surface_packet::SurfacePacket;
 pub use tracer::{Traversal, TraversalError};
 

@@ -45,6 +45,12 @@ impl Facet {
     }
 }
 
+/// Whether all points of the triangle that rays go on from keep their distance from its edges; they cannot where it is
+/// thinner than 32 times their error.
+pub fn keeps_clear_of_edges(corners: [Vec3; 3]) -> bool {
+    Facet::of(corners).margin < MAX_MARGIN
+}
+
 /// Moves a point whose least weight is `least` towards the centroid until that is `margin`.
 #[cold]
 fn towards_centroid(u: f32, v: f32, least: f32, margin: f32) -> (f32, f32) {
