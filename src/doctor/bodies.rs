@@ -214,6 +214,13 @@ impl Enclosures {
         }
     }
 
+    /// Those that are not around another point, too.
+    pub fn without(mut self, other: &Enclosures) -> Enclosures {
+        self.bodies.retain(|body| !other.bodies.contains(body));
+        self.spheres.retain(|sphere| !other.spheres.contains(sphere));
+        self
+    }
+
     /// The numbers of the materials around, of bodies by their first triangle.
     pub fn materials(&self, desc: &SceneDesc, bodies: &[Body]) -> Vec<u32> {
         let of_bodies = self.bodies.iter().map(|&k| bodies[k].triangles[0].material_number(desc));

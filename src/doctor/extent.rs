@@ -1,6 +1,6 @@
 //! How large the scene is, where it lies, and what single precision makes of that.
 
-use super::places::{self, Place, counted, first_of, position_error};
+use super::places::{self, Place, counted, first_of, position_error, shown};
 use super::subject::Subject;
 use super::triangles::longest_edge;
 use super::{Check, Finding, Severity};
@@ -28,22 +28,22 @@ fn extent(subject: &Subject) -> Finding {
     let largest = bounds.min.abs().max(bounds.max.abs()).max_element();
     let error = RELATIVE_POSITION_ERROR * largest;
     let found = format!(
-        "longest side {longest:.4e}, largest coordinate {largest:.4e}: coordinates in steps of {:.1e}, points uncertain by {error:.1e}",
-        largest.next_up() - largest
+        "longest side {}, largest coordinate {}: coordinates in steps of {}, points uncertain by {}",
+        shown(longest),
+        shown(largest),
+        shown(largest.next_up() - largest),
+        shown(error)
     );
+    let coarse = |detail: String| {
+        let therefore = format!(
+            "sees no shadow of what is nearer to a surface than {}{detail}; move the scene to the origin",
+            shown(error)
+        );
+        Finding::new(Check::Extent, Severity::Warning, found.clone(), therefore)
+    };
     match subject.footprint() {
-        Some(width) if width < f64::from(error) => {
-            let therefore = format!(
-                "takes neighbouring pixels ({width:.1e} wide) for one point: shadows and discs are blurred to {error:.1e}; move the scene to the origin"
-            );
-            Finding::new(Check::Extent, Severity::Warning, found, therefore)
-        }
-        _ if longest < FEW * error => {
-            let therefore = format!(
-                "sees no shadow of what is nearer to a surface than {error:.1e}; move the scene to the origin"
-            );
-            Finding::new(Check::Extent, Severity::Warning, found, therefore)
-        }
+        Some(width) if width < f64::from(error) => coarse(format!(", and a pixel is {} wide", shown(width))),
+        _ if longest < FEW * error => coarse(String::new()),
         _ => Finding::fine(Check::Extent, found),
     }
 }

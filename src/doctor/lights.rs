@@ -2,7 +2,7 @@
 
 use super::bodies::Enclosures;
 use super::duplicates::has_an_inside;
-use super::places::{self, Place, counted, first_of, position_error};
+use super::places::{self, Place, counted, first_of, position_error, shown};
 use super::subject::Subject;
 use super::{Check, Finding, Severity};
 use crate::light::Light;
@@ -33,10 +33,10 @@ fn power(subject: &Subject) -> Finding {
         return Finding::new(Check::Lights, Severity::Fault, "nothing shines", "makes a black picture");
     }
     let found = format!(
-        "{} and {}, {:.4e} W in all",
+        "{} and {}, {} W in all",
         counted(points, "point"),
         counted(lights.len() - points, "triangle"),
-        mean(flux)
+        shown(mean(flux))
     );
     if !flux.is_finite() {
         let therefore = "cannot share its photons: their power is not finite, and they are dropped";
@@ -80,24 +80,21 @@ fn light_place(subject: &Subject, light: &PointLightDesc, number: usize) -> Opti
             "sends its photons to one side or the other by rounding; move it off",
         );
     }
-    let around = Enclosures::of(subject.desc, &subject.bodies, light.position);
-    let materials = around.materials(subject.desc, &subject.bodies);
-    let (glass, opaque): (Vec<u32>, Vec<u32>) =
-        materials.into_iter().partition(|&m| has_an_inside(&subject.desc.materials[m as usize].bsdf));
     if reaches(subject, light) {
         return None;
     }
-    let names = |materials: &[u32]| {
-        first_of(materials.iter().map(|&m| format!("`{}`", subject.desc.materials[m as usize].name)))
-    };
-    if let [_, ..] = glass[..] {
-        let found = format!("{name} is inside {}", names(&glass));
+    let around = |p: Vec3| Enclosures::of(subject.desc, &subject.bodies, p);
+    let here = around(light.position);
+    if let Some(glass) = materials(subject, &here, true) {
+        let found = format!("{name} is inside {glass}");
         let therefore =
             "takes glass for opaque in shadow rays: all of its light comes as photons, direct light too";
         return finding(Severity::Note, found, therefore);
     }
-    if let [_, ..] = opaque[..] {
-        let found = format!("{name} is inside {}, and nothing that is seen sees it", names(&opaque));
+    // The camera may be in the same room.
+    let apart = here.without(&around(subject.desc.camera.position));
+    if let Some(opaque) = materials(subject, &apart, false) {
+        let found = format!("{name} is inside {opaque}, and nothing that is seen sees it");
         return finding(
             Severity::Warning,
             found,
@@ -106,6 +103,17 @@ fn light_place(subject: &Subject, light: &PointLightDesc, number: usize) -> Opti
     }
     let found = format!("{name} is seen from no hit point of the trial");
     finding(Severity::Note, found, "shows its light only as photons that bounced or were refracted")
+}
+
+/// The names of the materials around that are glass, or that are not; `None` where there are none.
+fn materials(subject: &Subject, around: &Enclosures, glass: bool) -> Option<String> {
+    let materials = around.materials(subject.desc, &subject.bodies).into_iter();
+    let names: Vec<String> = materials
+        .map(|number| &subject.desc.materials[number as usize])
+        .filter(|material| has_an_inside(&material.bsdf) == glass)
+        .map(|material| format!("`{}`", material.name))
+        .collect();
+    (!names.is_empty()).then(|| first_of(names.into_iter()))
 }
 
 /// The material of a surface so near to `p` that rounding decides on which side of it `p` is.
@@ -191,7 +199,8 @@ fn shares(subject: &Subject) -> Finding {
         .fold(f64::INFINITY, f64::min);
     let share = weakest * photons;
     if share < 1.0 {
-        let found = format!("the weakest point light gets {share:.1e} of the {photons} photons of a pass");
+        let found =
+            format!("the weakest point light gets {} of the {photons} photons of a pass", shown(share));
         let therefore = "shows of its indirect light rare bright spots alone, unless photons are many more";
         return Finding::new(Check::LightShares, Severity::Note, found, therefore);
     }

@@ -78,7 +78,7 @@ mod tests {
         });
         assert_eq!(mirrors.unwrap().severity, Severity::Warning);
         let outside = finding(|desc| desc.point_lights[0].position = Vec3::new(0.0, 3.0, 0.0));
-        assert_eq!(outside.unwrap().severity, Severity::Note);
+        assert_eq!(outside.as_ref().unwrap().severity, Severity::Note, "{outside:?}");
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Triangles by number, and their names in messages.
 
 use crate::math::{RELATIVE_POSITION_ERROR, Vec3};
+use crate::report::Cell;
 use crate::scene::{Material, SceneDesc};
 
 /// A triangle of a scene.
@@ -53,6 +54,12 @@ pub(super) fn first_of(names: impl ExactSizeIterator<Item = String>) -> String {
 /// The error of points on a triangle: that of [`crate::scene::SurfaceHit::p_error`].
 pub(super) fn position_error(corners: [Vec3; 3]) -> f32 {
     RELATIVE_POSITION_ERROR * corners.iter().fold(0.0, |m: f32, c| m.max(c.abs().max_element()))
+}
+
+/// Four digits, by powers of ten where there are many zeros.
+pub(super) fn shown(x: impl Into<f64>) -> String {
+    let x = x.into();
+    if x == 0.0 || (1e-3..1e6).contains(&x.abs()) { Cell::Number(x).to_string() } else { format!("{x:.3e}") }
 }
 
 /// `1 triangle` or `7 triangles`.

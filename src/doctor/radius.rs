@@ -1,5 +1,6 @@
 //! The gather radius: against the scene, the pixels, the photons and the grid of coordinates.
 
+use super::places::shown;
 use super::subject::Subject;
 use super::{Check, Finding, Severity};
 use crate::ppm::{RadiusPolicy, least_radius};
@@ -20,8 +21,12 @@ fn first(subject: &Subject) -> Finding {
     let pixels = radius / subject.footprint().unwrap_or(radius);
     let in_a_disc = photons_in_a_disc(subject);
     let origin = if subject.settings.radius.is_some() { "as asked for" } else { "found by the eye pass" };
-    let found =
-        format!("{radius:.4e}, {origin}: {pixels:.1} pixels wide, {in_a_disc:.2} photons in a disc and pass");
+    let found = format!(
+        "{}, {origin}: {} pixels wide, {} photons in a disc and pass",
+        shown(radius),
+        shown(pixels),
+        shown(in_a_disc)
+    );
     let longest = f64::from(subject.scene.bounds().extent().max_element());
     let passes = f64::from(subject.desc.render.passes);
     if radius > LARGE * longest {
@@ -35,8 +40,8 @@ fn first(subject: &Subject) -> Finding {
     }
     if !subject.scene.lights().is_empty() && in_a_disc * passes < FEW {
         let therefore = format!(
-            "finds about {:.1} photons a disc in all {passes} passes: noise; take more photons or passes, or a larger radius",
-            in_a_disc * passes
+            "finds about {} photons a disc in all {passes} passes: noise; take more photons or passes, or a larger radius",
+            shown(in_a_disc * passes)
         );
         return Finding::new(Check::Radius, Severity::Note, found, therefore);
     }
@@ -58,15 +63,18 @@ fn floor(subject: &Subject) -> Finding {
     if raised > 0 {
         let percent = 100.0 * raised as f64 / subject.trial.hit_points.len() as f64;
         let found = format!(
-            "coordinates are too coarse for the radius at {percent:.0} % of what is seen: {largest:.1e} is the least"
+            "coordinates are too coarse for the radius at {percent:.0} % of what is seen: {} is the least",
+            shown(largest)
         );
         let therefore = "raises those radii to the least, where they stay: fixed discs keep their blur";
         return Finding::new(Check::RadiusFloor, Severity::Warning, found, therefore);
     }
     let passes = passes_to(largest / asked, subject);
     let found = match passes {
-        Some(passes) => format!("the least radius is {largest:.1e}: reached after some {passes:.0e} passes"),
-        None => format!("the least radius is {largest:.1e}, and radii do not shrink"),
+        Some(passes) => {
+            format!("the least radius is {}: reached after some {passes:.0e} passes", shown(largest))
+        }
+        None => format!("the least radius is {}, and radii do not shrink", shown(largest)),
     };
     match passes {
         Some(passes) if passes <= f64::from(subject.desc.render.passes) => {
@@ -107,7 +115,7 @@ mod tests {
     fn radii_are_held_against_scene_pixels_and_photons() {
         assert_eq!(radius(Some(0.05)).severity, Severity::Fine);
         let found = radius(None);
-        assert!(found.severity == Severity::Fine && found.found.contains(": 2.0 pixels wide"), "{found:?}");
+        assert!(found.severity == Severity::Fine && found.found.contains(": 2.000 pixels wide"), "{found:?}");
         assert!(radius(Some(0.3)).therefore.contains("a tenth of the scene"));
         assert!(radius(Some(0.001)).therefore.contains("noise"), "{:?}", radius(Some(0.001)));
         let fine_pixels = findings(|desc| (desc.film.width, desc.film.height) = (2000, 2000));

@@ -12,6 +12,8 @@ pub(super) struct Specimen {
     pub is_closed: bool,
     /// Not every pixel is black.
     pub is_lit: bool,
+    /// Paths are so long that the last bit of one hit decides where they end.
+    pub is_chaotic: bool,
 }
 
 const WALL: u32 = 0;
@@ -21,14 +23,14 @@ const LAMP: u32 = 3;
 
 /// All of them.
 pub(super) fn specimens() -> Vec<Specimen> {
-    let lit = |name, desc| Specimen { name, desc, is_closed: true, is_lit: true };
-    let dark = |name, desc| Specimen { name, desc, is_closed: true, is_lit: false };
+    let lit = |name, desc| Specimen { name, desc, is_closed: true, is_lit: true, is_chaotic: false };
+    let dark = |name, desc| Specimen { name, desc, is_closed: true, is_lit: false, is_chaotic: false };
     vec![
         lit("a furnished box", furnished()),
         lit("a box far from the origin", far_away()),
         lit("degenerate triangles", with_degenerate_triangles()),
         lit("glass in glass", with_nested_glass()),
-        lit("a box that absorbs nothing", white()),
+        Specimen { is_chaotic: true, ..lit("a box that absorbs nothing", white()) },
         dark("a box without light", unlit()),
         dark("a camera that sees nothing", looking_away()),
     ]

@@ -36,7 +36,7 @@ pub fn room() -> SceneDesc {
         },
         render: RenderDesc {
             passes: 4,
-            photons: 5000,
+            photons: 20_000,
             samples: 1,
             alpha: 0.7,
             radius: Some(0.05),
