@@ -62,8 +62,7 @@ fn solid_angle(corners: [Vec3; 3], p: Vec3) -> f64 {
 
 /// All bodies, ordered by their first triangles.
 pub(super) fn bodies(desc: &SceneDesc) -> Vec<Body> {
-    let places: Vec<Place> = places::all(desc).collect();
-    let corners = welded_corners(desc, &places);
+    let (places, corners) = faces(desc);
     let edges = edges(&corners);
     let mut groups = Groups::singles(places.len());
     for edge in edges.chunk_by(|a, b| a.ends == b.ends) {
@@ -108,6 +107,26 @@ fn kind(desc: &SceneDesc, place: Place) -> Kind {
         Kind::Glass(place.material_number(desc))
     } else {
         Kind::Opaque
+    }
+}
+
+/// All triangles and the numbers of their corners; of several in the same place that face alike, the first.
+fn faces(desc: &SceneDesc) -> (Vec<Place>, Vec<[u32; 3]>) {
+    let places: Vec<Place> = places::all(desc).collect();
+    let corners = welded_corners(desc, &places).into_iter().map(smallest_first);
+    let mut faces: Vec<([u32; 3], Place)> = corners.zip(places).collect();
+    faces.par_sort_unstable();
+    faces.dedup_by_key(|(corners, _)| *corners);
+    faces.par_sort_unstable_by_key(|(_, place)| *place);
+    faces.into_iter().map(|(corners, place)| (place, corners)).unzip()
+}
+
+/// The same corners in the same sense of rotation.
+fn smallest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
+    match a.min(b).min(c) {
+        first if first == a => [a, b, c],
+        first if first == b => [b, c, a],
+        _ => [c, a, b],
     }
 }
 
@@ -279,6 +298,20 @@ mod tests {
         turned.triangles[3].reverse();
         let (_, body) = only(vec![turned]);
         assert_eq!((body.borders, body.flips), (0, 3));
+    }
+
+    /// In any order that faces alike.
+    #[test]
+    fn faces_that_are_there_twice_count_once() {
+        for turn in 0..3 {
+            let mut mesh = cube("c", Vec3::ONE, 0.5, WALL);
+            let mut again = mesh.triangles[3];
+            again.rotate_left(turn);
+            mesh.triangles.push(again);
+            mesh.materials.push(WALL);
+            let (_, body) = only(vec![mesh]);
+            assert!(body.is_closed() && (body.volume - 1.0).abs() < 1e-6, "{body:?}");
+        }
     }
 
     #[test]

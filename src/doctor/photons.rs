@@ -28,7 +28,10 @@ pub(super) fn check(subject: &Subject) -> Option<Finding> {
         return finding(Severity::Warning, found, therefore);
     }
     if ledger.deposited == 0 {
-        let found = format!("none of {} photons falls on a diffuse surface", ledger.emitted);
+        let found = format!(
+            "none of {} photons comes to a diffuse surface a second time, or after glass or mirror",
+            ledger.emitted
+        );
         return finding(Severity::Warning, found, "shows direct light alone, whatever its passes");
     }
     let found = format!(
@@ -78,7 +81,16 @@ mod tests {
         });
         assert_eq!(mirrors.unwrap().severity, Severity::Warning);
         let outside = finding(|desc| desc.point_lights[0].position = Vec3::new(0.0, 3.0, 0.0));
-        assert_eq!(outside.as_ref().unwrap().severity, Severity::Note, "{outside:?}");
+        assert!(outside.unwrap().found.starts_with("none of 20000 photons"), "nothing bounces back to a box");
+    }
+
+    #[test]
+    fn photons_that_leave_are_told() {
+        let open = finding(|desc| {
+            desc.meshes[0].triangles.truncate(4);
+            desc.meshes[0].materials.truncate(4);
+        });
+        assert_eq!(open.as_ref().unwrap().severity, Severity::Note, "{open:?}");
     }
 
     #[test]

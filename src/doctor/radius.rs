@@ -114,7 +114,11 @@ mod tests {
     #[test]
     fn radii_are_held_against_scene_pixels_and_photons() {
         assert_eq!(radius(Some(0.05)).severity, Severity::Fine);
-        let found = radius(None);
+        let found = findings(|desc| {
+            (desc.film.width, desc.film.height) = (96, 96);
+            desc.render.radius = None;
+        });
+        let found = of(&found, Check::Radius);
         assert!(found.severity == Severity::Fine && found.found.contains(": 2.000 pixels wide"), "{found:?}");
         assert!(radius(Some(0.3)).therefore.contains("a tenth of the scene"));
         assert!(radius(Some(0.001)).therefore.contains("noise"), "{:?}", radius(Some(0.001)));
