@@ -165,7 +165,7 @@ fn lamp_places(subject: &Subject) -> Finding {
         counted(hidden.len(), "lamp triangle"),
         places::first(subject.desc, &hidden)
     );
-    let therefore = "loses their light in the gap; turn them round or move them off";
+    let therefore = "lights that surface alone by them; turn them round or move them off";
     Finding::new(Check::LampPlaces, Severity::Warning, found, therefore)
 }
 
@@ -182,9 +182,12 @@ fn is_hidden(subject: &Subject, place: Place) -> bool {
     let gap = (NEAR * size).max(4.0 * error);
     let before = Ray { t_max: gap, ..Ray::new(middle + 2.0 * error * ng, ng) };
     let back = Ray { t_max: 2.0 * gap, ..Ray::new(middle + gap * ng, -ng) };
-    let covered =
-        subject.scene.intersect(&back).is_none_or(|hit| hit.material != place.material_number(subject.desc));
-    subject.scene.occluded(&before) || covered
+    let own = place.material_number(subject.desc);
+    [before, back].iter().any(|ray| {
+        let hit = subject.scene.intersect(ray).filter(|hit| hit.material != own);
+        // Photons go on through glass.
+        hit.is_some_and(|hit| !has_an_inside(&subject.desc.materials[hit.material as usize].bsdf))
+    })
 }
 
 /// Photons go to lights in proportion to their flux.
@@ -295,6 +298,8 @@ mod tests {
         desc.meshes.push(with_material(cube("cover", Vec3::new(0.0, 0.9, 0.0), 0.3, WALL), WALL));
         desc.meshes.push(ceiling("lamp", Vec3::new(-0.2, 0.601, -0.2), 0.4, LAMP));
         assert_eq!(severity(&findings(&desc), Check::LampPlaces), Severity::Warning, "inside of a cover");
+        desc.meshes[1].materials.fill(GLASS);
+        assert_eq!(severity(&findings(&desc), Check::LampPlaces), Severity::Fine, "under glass");
     }
 
     #[test]

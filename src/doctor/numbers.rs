@@ -78,7 +78,8 @@ mod tests {
     #[test]
     fn numbers_that_are_not_finite_are_found_wherever_they_are() {
         assert_eq!(severity(&check(&room()), Check::Numbers), Severity::Fine);
-        let breaks: [(&str, fn(&mut SceneDesc)); 5] = [
+        type Break = (&'static str, fn(&mut SceneDesc));
+        let breaks: [Break; 5] = [
             ("room", |desc| desc.meshes[0].vertices[3].y = f32::NAN),
             ("room", |desc| desc.meshes[0].normals = Some(vec![Vec3::INFINITY; 8])),
             ("sphere 1", |desc| desc.spheres[0].radius = f32::INFINITY),
