@@ -77,7 +77,7 @@ fn materials() -> Vec<Material> {
 }
 
 /// A grey box with a point light, seen from within.
-fn bare() -> SceneDesc {
+pub(super) fn bare() -> SceneDesc {
     let (vertices, triangles) = inward_cube();
     SceneDesc {
         name: "box".into(),
