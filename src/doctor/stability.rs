@@ -133,7 +133,8 @@ fn agree_on_average(a: &Image, b: &Image) -> bool {
     (a - b).abs() <= TOLERANCE * a
 }
 
-/// Rays from within the cube from -1 to 1 that `desc` holds to points on its edges and to its corners, where they are most likely to slip out.
+/// Rays from within the cube from -1 to 1 that `desc` holds, to points on its edges and to its corners, where they are most
+/// likely to slip out.
 fn seal(desc: &SceneDesc) -> Result<Finding, StabilityError> {
     const RAYS: u64 = 20_000;
     let name = "a sealed cube";
