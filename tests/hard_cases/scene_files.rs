@@ -305,13 +305,17 @@ fn a_sandboxed_scene_reads_nothing_outside_its_folder() {
 fn every_command_that_loads_a_scene_takes_a_sandbox() {
     let guest = Guest::new();
     guest.refusals("[[mesh]]\nfile = \"../private.obj\"\n");
-    for command in
-        [&["info"][..], &["render", "-o", "a.exr"], &["reference", "-o", "a.exr"], &["study", "--list"]]
-    {
+    for command in [
+        &["info"][..],
+        &["render", "-o", "a.exr"],
+        &["reference", "-o", "a.exr"],
+        &["study", "--list"],
+        &["doctor", "--json"],
+    ] {
         let mut program = Command::cargo_bin("caustica").unwrap();
         let program = program.current_dir(guest.path("scene")).args(command).args(["--sandbox", "s.toml"]);
         let output = program.timeout(Duration::from_secs(60)).output().unwrap();
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        let told = String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned();
         assert_eq!(output.status.code(), Some(2), "{command:?}: {told}");
         assert!(told.contains("s.toml:3:") && told.contains("outside the scene's folder"), "{told}");
         assert!(!guest.path("scene/a.exr").exists());

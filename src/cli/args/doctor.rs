@@ -2,7 +2,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Traversal, number, size};
+use super::{AccessArgs, Traversal, number, size};
 use crate::scene::FilmDesc;
 
 #[derive(Args, Debug)]
@@ -26,6 +26,8 @@ pub struct DoctorArgs {
     /// Who answers what rays hit; without a scene, Embree and custom are both examined
     #[arg(long, value_enum, default_value_t = Traversal::Embree)]
     pub traversal: Traversal,
+    #[command(flatten)]
+    pub access: AccessArgs,
     /// Exit with code 1 for warnings too
     #[arg(long)]
     pub strict: bool,
