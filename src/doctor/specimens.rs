@@ -36,23 +36,6 @@ pub(super) fn specimens() -> Vec<Specimen> {
     ]
 }
 
-/// A scene `scale` times as large, then moved by `shift`, with lights that leave every radiance as it was.
-pub(super) fn place(desc: &mut SceneDesc, scale: f32, shift: Vec3) {
-    let place = |p: &mut Vec3| *p = *p * scale + shift;
-    desc.meshes.iter_mut().flat_map(|mesh| &mut mesh.vertices).for_each(place);
-    for sphere in &mut desc.spheres {
-        place(&mut sphere.center);
-        sphere.radius *= scale;
-    }
-    for light in &mut desc.point_lights {
-        place(&mut light.position);
-        light.intensity *= scale * scale;
-    }
-    place(&mut desc.camera.position);
-    place(&mut desc.camera.look_at);
-    desc.render.radius = desc.render.radius.map(|radius| radius * f64::from(scale));
-}
-
 /// The corners and faces of the cube from -1 to 1, seen from within.
 pub(super) fn inward_cube() -> (Vec<Vec3>, Vec<[u32; 3]>) {
     let corner = |i: u32| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * 2.0 - 1.0;
@@ -120,7 +103,7 @@ fn furnished() -> SceneDesc {
 
 fn far_away() -> SceneDesc {
     let mut desc = bare();
-    place(&mut desc, 1.0, Vec3::new(1000.0, -700.0, 300.0));
+    desc.place(1.0, Vec3::new(1000.0, -700.0, 300.0));
     desc
 }
 

@@ -2,7 +2,7 @@
 
 use rayon::ThreadPoolBuilder;
 
-use super::specimens::{Specimen, bare, inward_cube, place, specimens};
+use super::specimens::{Specimen, bare, inward_cube, specimens};
 use super::{Check, Diagnosis, Finding, Severity};
 use crate::film::Image;
 use crate::math::{Ray, Rng, Stream, Vec3};
@@ -84,7 +84,7 @@ fn examine(specimen: &Specimen) -> Result<Finding, StabilityError> {
         }
         for exponent in SCALES {
             let mut scaled = specimen.desc.clone();
-            place(&mut scaled, 2f32.powi(exponent), Vec3::ZERO);
+            scaled.place(2f32.powi(exponent), Vec3::ZERO);
             if rendered(&scaled, traversal)?.picture != one.picture {
                 faults.push(format!("another picture at 2^{exponent} times its size by {traversal}"));
             }

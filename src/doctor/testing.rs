@@ -88,7 +88,7 @@ fn mesh(name: &str, vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>, material: u32
 
 /// `scale` times as large, then moved by `shift`.
 pub fn moved(mut desc: SceneDesc, scale: f32, shift: Vec3) -> SceneDesc {
-    super::specimens::place(&mut desc, scale, shift);
+    desc.place(scale, shift);
     desc
 }
 

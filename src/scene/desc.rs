@@ -31,6 +31,25 @@ pub struct SceneDesc {
     pub warnings: Vec<String>,
 }
 
+impl SceneDesc {
+    /// Makes the scene `scale` times as large, then moves it by `shift`; lights change so that every radiance stays.
+    pub fn place(&mut self, scale: f32, shift: Vec3) {
+        let place = |p: &mut Vec3| *p = *p * scale + shift;
+        self.meshes.iter_mut().flat_map(|mesh| &mut mesh.vertices).for_each(place);
+        for sphere in &mut self.spheres {
+            place(&mut sphere.center);
+            sphere.radius *= scale;
+        }
+        for light in &mut self.point_lights {
+            place(&mut light.position);
+            light.intensity *= scale * scale;
+        }
+        place(&mut self.camera.position);
+        place(&mut self.camera.look_at);
+        self.render.radius = self.render.radius.map(|radius| radius * f64::from(scale));
+    }
+}
+
 /// The size of the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FilmDesc {

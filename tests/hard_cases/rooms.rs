@@ -102,21 +102,9 @@ pub fn rendered<'s>(scene: &'s Scene, settings: Settings) -> (Render<'s>, Vec<Pa
     (render, passes)
 }
 
-/// The scene `scale` times as large, then moved by `shift`, with lights that leave every radiance as it was.
+/// The scene, `scale` times as large and then moved by `shift`.
 pub fn moved(mut desc: SceneDesc, scale: f32, shift: Vec3) -> SceneDesc {
-    let place = |p: &mut Vec3| *p = *p * scale + shift;
-    desc.meshes.iter_mut().flat_map(|m| &mut m.vertices).for_each(place);
-    for sphere in &mut desc.spheres {
-        place(&mut sphere.center);
-        sphere.radius *= scale;
-    }
-    for light in &mut desc.point_lights {
-        place(&mut light.position);
-        light.intensity *= scale * scale;
-    }
-    place(&mut desc.camera.position);
-    place(&mut desc.camera.look_at);
-    desc.render.radius = desc.render.radius.map(|radius| radius * f64::from(scale));
+    desc.place(scale, shift);
     desc
 }
 
