@@ -24,23 +24,18 @@ pub(super) fn radiance(render: &Render, pixel: usize) -> DVec3 {
         + reflected(render, pixel, |p| render.direct.irradiance(p) + from_photons(render, p))
 }
 
-/// The part of [`radiance`] that photons brought.
-pub(super) fn photon_radiance(render: &Render, pixel: usize) -> DVec3 {
-    // What all hit points are divided by alike comes last: estimates of the error read every state again and again.
-    let densities = reflected(render, pixel, |p| {
-        let state = render.states.get(p);
-        state.flux * state.radius2.recip()
-    });
-    densities / (PI * render.emitted_photons as f64)
-}
-
 /// The part of [`radiance`] that changes from pass to pass.
 pub(super) fn noisy_radiance(render: &Render, pixel: usize) -> DVec3 {
-    let photons = photon_radiance(render, pixel);
+    let share = 1.0 / (PI * render.emitted_photons as f64);
+    let photons = |p| {
+        let state = render.states.get(p);
+        state.flux * (share / state.radius2)
+    };
     if !render.direct.is_sampled() {
-        return photons;
+        return reflected(render, pixel, photons);
     }
-    photons + reflected(render, pixel, |p| render.direct.irradiance_from_areas(p))
+    // One walk for both: estimates of the error read every hit point again and again.
+    reflected(render, pixel, |p| photons(p) + render.direct.irradiance_from_areas(p))
 }
 
 fn from_photons(render: &Render, position: usize) -> DVec3 {

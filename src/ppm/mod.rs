@@ -107,7 +107,7 @@ impl<'s> Render<'s> {
         let facets = Facets::of(&hit_points);
         let radius_floor = RadiusFloor::of(&hit_points);
         radius_floor.apply(&hit_points, &mut states, &mut tree);
-        let batches = batch_means(&settings, eye.emitted.len(), scene.film().width as usize);
+        let batches = batch_means(&settings, eye.emitted.len());
         let tree_seconds = watch.lap();
         let direct = DirectPass::new(scene, &hit_points, order, settings.seed);
         let setup = SetupStatistics {
@@ -183,7 +183,8 @@ impl<'s> Render<'s> {
         let Some(mut batches) = self.batches.take() else { return };
         batches.shrink((mean_radius / self.setup.radius).powi(2));
         if batches.is_due(self.passes) {
-            batches.close(self.passes, |pixel| develop::noisy_radiance(self, pixel));
+            let lists = self.pixel_lists();
+            batches.close(self.passes, |place| develop::noisy_radiance(self, lists.pixel(place)));
         }
         self.batches = Some(batches);
     }
@@ -270,10 +271,10 @@ impl<'s> Render<'s> {
     }
 }
 
-fn batch_means(settings: &Settings, pixels: usize, width: usize) -> Option<BatchMeans> {
+fn batch_means(settings: &Settings, pixels: usize) -> Option<BatchMeans> {
     match settings.error_estimates {
         ErrorEstimates::None => None,
-        ErrorEstimates::Picture => Some(BatchMeans::new(pixels, sampling_step(pixels, width))),
+        ErrorEstimates::Picture => Some(BatchMeans::new(pixels, sampling_step(pixels))),
         ErrorEstimates::Pixels => Some(BatchMeans::new(pixels, 1)),
     }
 }

@@ -2,9 +2,16 @@ use super::HitPoint;
 use crate::math::Rgb;
 
 /// For every pixel, its hit points in the order of the tree, so that pixels can be summed side by side.
+///
+/// Pixels have places: in the order in which the tree comes to them. Whoever looks at all of them place by place finds
+/// their hit points one after the other in memory.
 #[derive(Clone, Debug, Default)]
 pub(super) struct PixelLists {
-    /// Where the list of each pixel begins, and at the end their length together.
+    /// The place of each pixel.
+    places: Vec<u32>,
+    /// The pixel at each place.
+    pixels: Vec<u32>,
+    /// Where the list of each place begins, and at the end their length together.
     starts: Vec<u32>,
     seen: Vec<Seen>,
 }
@@ -25,31 +32,58 @@ impl PixelLists {
         pixels: usize,
         factor: impl Fn(&HitPoint) -> Rgb,
     ) -> PixelLists {
+        let (places, order) = first_come(hit_points, pixels);
+        let place_of = |hit_point: &HitPoint| places[hit_point.pixel as usize] as usize;
         let mut starts = vec![0u32; pixels + 1];
         for hit_point in hit_points {
-            starts[hit_point.pixel as usize + 1] += 1;
+            starts[place_of(hit_point) + 1] += 1;
         }
-        for pixel in 0..pixels {
-            starts[pixel + 1] += starts[pixel];
+        for place in 0..pixels {
+            starts[place + 1] += starts[place];
         }
         let (mut next, mut seen) = (starts.clone(), vec![Seen::default(); hit_points.len()]);
         for (position, hit_point) in (0..).zip(hit_points) {
-            let place = &mut next[hit_point.pixel as usize];
-            seen[*place as usize] = Seen { position, factor: factor(hit_point) };
-            *place += 1;
+            let free = &mut next[place_of(hit_point)];
+            seen[*free as usize] = Seen { position, factor: factor(hit_point) };
+            *free += 1;
         }
-        PixelLists { starts, seen }
+        PixelLists { places, pixels: order, starts, seen }
     }
 
     /// The hit points of a pixel.
     pub(super) fn of(&self, pixel: usize) -> &[Seen] {
-        &self.seen[self.starts[pixel] as usize..self.starts[pixel + 1] as usize]
+        let place = self.places[pixel] as usize;
+        &self.seen[self.starts[place] as usize..self.starts[place + 1] as usize]
+    }
+
+    /// The place of a pixel.
+    pub(super) fn place(&self, pixel: usize) -> usize {
+        self.places[pixel] as usize
+    }
+
+    /// The pixel at a place.
+    pub(super) fn pixel(&self, place: usize) -> usize {
+        self.pixels[place] as usize
     }
 
     /// Heap memory, in bytes.
     pub(super) fn memory_bytes(&self) -> usize {
-        size_of_val(&*self.starts) + size_of_val(&*self.seen)
+        let indices = size_of_val(&*self.places) + size_of_val(&*self.pixels) + size_of_val(&*self.starts);
+        indices + size_of_val(&*self.seen)
     }
+}
+
+/// The place of each pixel and the pixel at each place; those without a hit point come last.
+fn first_come(hit_points: &[HitPoint], pixels: usize) -> (Vec<u32>, Vec<u32>) {
+    let (mut places, mut order) = (vec![u32::MAX; pixels], Vec::with_capacity(pixels));
+    for pixel in hit_points.iter().map(|hit_point| hit_point.pixel).chain(0..pixels as u32) {
+        let place = &mut places[pixel as usize];
+        if *place == u32::MAX {
+            *place = order.len() as u32;
+            order.push(pixel);
+        }
+    }
+    (places, order)
 }
 
 #[cfg(test)]
@@ -67,6 +101,9 @@ mod tests {
         let found: Vec<Vec<u32>> = (0..5).map(found).collect();
         assert_eq!(found, [vec![1, 4], vec![], vec![3], vec![0, 2, 5], vec![]]);
         assert_eq!(lists.of(2)[0].factor, Rgb::splat(2.0));
+        let places: Vec<usize> = (0..5).map(|place| lists.pixel(place)).collect();
+        assert_eq!(places, [3, 0, 2, 1, 4]);
+        assert!((0..5).all(|place| lists.place(lists.pixel(place)) == place));
         assert!(PixelLists::new(&[], 2, |_| Rgb::ONE).of(1).is_empty());
     }
 }

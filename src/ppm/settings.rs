@@ -10,7 +10,7 @@ pub enum ErrorEstimates {
     None,
     /// Some thousand pixels: enough for the error of the picture.
     Picture,
-    /// Every pixel, 168 bytes each.
+    /// Every pixel, 96 bytes each.
     Pixels,
 }
 

@@ -2,17 +2,19 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::radius_trend::{RadiusTrend, TrendSums};
-use crate::math::DVec3;
+use crate::math::{DVec3, Vec3};
 
 /// Every batch but the first few holds about one in so many of the passes before it: longer and longer, so that few are enough.
-const PARTS: u32 = 6;
+const PARTS: u32 = 3;
 
 /// The variance of pixels' means over passes, from the sums of batches of passes.
+/// Pixels have numbers in whatever order the caller comes to them.
 ///
 /// The estimate after `n` passes is `L_n = (1/n) Σ x_i`, with `x_i` what pass `i` alone says: shrinking a radius keeps
 /// `τ / R²`, so `τ / (π R² N_emitted)` is the mean of `Φ_i / (π R_i² N_pass)`. Given the radii, passes are
 /// independent. Let batch `b` have `n_b` passes and the sum `D_b = Σ x_i`; then
-/// `Var(L_n) ≈ Σ_b (D_b - n_b L_n)² / (n² - Σ_b n_b²)`.
+/// `Var(L_n) ≈ Σ_b (D_b - n_b L_n)² / (n² - Σ_b n_b²)`. The sum is kept about the mean that makes it least,
+/// `m = Σ n_b D_b / Σ n_b²`, so that means may be f32: it is `Σ (D_b - n_b m)² + (m - L_n)² Σ n_b²`.
 ///
 /// # Source
 /// Hachisuka, Jarosz and Jensen, "A Progressive Error Estimation Framework for Photon Density Estimation", SIGGRAPH
@@ -36,15 +38,15 @@ pub(crate) struct BatchMeans {
     trends: [RadiusTrend; 2],
 }
 
-/// The sums of one pixel.
+/// What is kept of one pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Moments {
-    /// `Σ D_b = n L_n`.
-    sum: DVec3,
-    /// `Σ D_b²`.
-    squares: DVec3,
-    /// `Σ n_b D_b`.
-    weighted: DVec3,
+    /// `L_n` when the last batch was closed.
+    mean: Vec3,
+    /// `Σ n_b D_b / Σ n_b²`, the mean of `D_b / n_b` by the weights `n_b²`.
+    weighted: Vec3,
+    /// `Σ (D_b - n_b weighted)²`.
+    deviations: DVec3,
     /// For each of the trends.
     trends: [TrendSums; 2],
 }
@@ -79,14 +81,18 @@ impl BatchMeans {
 
     /// Ends a batch after `passes` passes, more than at the last call; `mean` is `L_n` of a pixel.
     pub(crate) fn close(&mut self, passes: u32, mean: impl Fn(usize) -> DVec3 + Sync) {
-        let length = f64::from(passes - self.passes);
+        let (before, now) = (f64::from(self.passes), f64::from(passes));
+        let length = now - before;
         let (step, half) = (self.step, self.batches as usize % 2);
         let radius2 = std::mem::take(&mut self.open_radius2) / length;
-        self.pixels.par_iter_mut().enumerate().for_each(|(index, moments)| {
-            let sum = f64::from(passes) * mean(index * step) - moments.sum;
-            moments.add(length, sum);
+        let weight = length * length / (self.squares + length * length);
+        let add = |moments: &mut Moments, mean: DVec3| {
+            let sum = now * mean - before * moments.mean.as_dvec3();
+            moments.mean = mean.as_vec3();
+            moments.add(sum, length, weight);
             moments.trends[half].add(sum, radius2);
-        });
+        };
+        self.pixels.par_iter_mut().enumerate().for_each(|(index, moments)| add(moments, mean(index * step)));
         self.trends[half].add(length, radius2);
         self.passes = passes;
         self.squares += length * length;
@@ -119,11 +125,9 @@ impl BatchMeans {
         if self.batches < 2 || !pixel.is_multiple_of(self.step) {
             return DVec3::INFINITY;
         }
-        let Moments { sum, squares, weighted, .. } = self.pixels[pixel / self.step];
-        let n = f64::from(self.passes);
-        let mean = sum / n;
-        let deviations = squares - 2.0 * mean * weighted + mean * mean * self.squares;
-        deviations.max(DVec3::ZERO) / (n * n - self.squares)
+        let Moments { mean, weighted, deviations, .. } = self.pixels[pixel / self.step];
+        let (n, between) = (f64::from(self.passes), (weighted - mean).as_dvec3());
+        (deviations + self.squares * between * between) / (n * n - self.squares)
     }
 
     /// Two independent estimates of the bias of a pixel's mean; `None` where radii hardly changed, or too few batches are
@@ -148,10 +152,11 @@ impl BatchMeans {
 }
 
 impl Moments {
-    fn add(&mut self, length: f64, sum: DVec3) {
-        self.sum += sum;
-        self.squares += sum * sum;
-        self.weighted += length * sum;
+    /// Adds a batch with the sum `D_b`; `weight` is its part of `Σ n_b²`.
+    fn add(&mut self, sum: DVec3, length: f64, weight: f64) {
+        let off = sum / length - self.weighted.as_dvec3();
+        self.weighted = (self.weighted.as_dvec3() + weight * off).as_vec3();
+        self.deviations += length * length * (1.0 - weight) * off * off;
     }
 }
 
@@ -184,16 +189,16 @@ mod tests {
                 due
             })
             .collect();
-        assert_eq!(ends, [1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 18, 22, 26, 31, 37]);
+        assert_eq!(ends, [1, 2, 3, 5, 7, 10, 14, 19, 26, 35]);
     }
 
     #[test]
     fn single_passes_give_the_textbook_variance_of_a_mean() {
-        let values = [3.0, 5.0, 4.0, 8.0];
-        let batches = batches_of(4, |pass| values[pass as usize - 1]);
-        // Σ (x - 5)² = 14; 14 / (4 · 3).
-        assert!((batches.variance(0).x - 14.0 / 12.0).abs() < 1e-12);
-        assert!((batches.degrees_of_freedom() - 3.0).abs() < 1e-12);
+        let values = [3.0, 5.0, 10.0];
+        let batches = batches_of(3, |pass| values[pass as usize - 1]);
+        // Σ (x - 6)² = 26; 26 / (3 · 2).
+        assert!((batches.variance(0).x - 26.0 / 6.0).abs() < 1e-6);
+        assert!((batches.degrees_of_freedom() - 2.0).abs() < 1e-12);
     }
 
     #[test]
@@ -205,10 +210,11 @@ mod tests {
         assert_eq!(batches.degrees_of_freedom(), 0.0);
     }
 
-    /// Over many renders, the estimate is the true variance on average: also for noise that grows as radii shrink.
+    /// Over many renders, the estimate is the true variance on average; for noise that grows as radii shrink, a twentieth less,
+    /// since the longest batches are the noisiest.
     #[test]
     fn variance_is_unbiased() {
-        for (passes, growth) in [(5, 0.0), (100, 0.0), (100, 0.3)] {
+        for (passes, growth, expected) in [(5, 0.0, 1.0), (85, 0.0, 1.0), (85, 0.3, 0.95)] {
             let sigma2 = |pass: u32| f64::from(pass).powf(growth);
             let truth = (1..=passes).map(sigma2).sum::<f64>() / f64::from(passes * passes);
             let mean: f64 = (0..4000)
@@ -220,7 +226,11 @@ mod tests {
                 })
                 .sum::<f64>()
                 / 4000.0;
-            assert!((mean / truth - 1.0).abs() < 0.05, "{passes} passes, growth {growth}: {}", mean / truth);
+            assert!(
+                (mean / truth / expected - 1.0).abs() < 0.03,
+                "{passes} passes, growth {growth}: {}",
+                mean / truth
+            );
         }
     }
 
@@ -238,7 +248,7 @@ mod tests {
     #[test]
     fn quiet_pixels_have_no_variance_and_large_means_lose_none() {
         let rounding = batches_of(50, |_| 1e6).variance(0).x.sqrt();
-        assert!(rounding < 1e-8 * 1e6, "{rounding}");
+        assert!(rounding < 1e-7 * 1e6, "{rounding}");
         let loud = batches_of(12, |pass| 1e6 + f64::from(pass % 3)).variance(0).x;
         assert!((0.02..0.1).contains(&loud), "{loud}");
     }

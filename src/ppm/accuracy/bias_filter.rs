@@ -26,61 +26,64 @@ pub(super) struct Bias {
 /// Two independent estimates `B_1`, `B_2` of each pixel's bias are far noisier than the picture. Over a window the mean of
 /// `B_1 B_2` is that of the squared bias, `β²`, and the mean of `((B_1 - B_2) / 2)²` the variance `ν` of `(B_1 + B_2) / 2`. So the best guess is
 /// `β² / (β² + ν) · (B_1 + B_2) / 2`, with the variance `β² ν / (β² + ν)`.
-pub(super) struct BiasFilter<'a> {
-    batches: &'a BatchMeans,
+pub(super) struct BiasFilter {
     width: usize,
-    /// For each pixel, row by row from the top.
-    squares: Vec<Squares>,
+    /// For each pixel, row by row from the top; zero where nothing is known.
+    pixels: Vec<Biases>,
 }
 
-/// Means over a window.
+/// What two biases of a pixel say.
 #[derive(Clone, Copy, Debug, Default)]
-struct Squares {
-    /// Of `B_1 B_2`.
+struct Biases {
+    /// `(B_1 + B_2) / 2`.
+    mean: DVec3,
+    /// `B_1 B_2`.
     product: DVec3,
-    /// Of `((B_1 - B_2) / 2)²`.
+    /// `((B_1 - B_2) / 2)²`.
     noise: DVec3,
 }
 
-impl<'a> BiasFilter<'a> {
-    /// `None` if not all pixels are looked at.
-    pub(super) fn new(batches: &'a BatchMeans, width: usize) -> Option<BiasFilter<'a>> {
-        let pixels = (0..batches.len()).into_par_iter();
-        let squares = || pixels.map(|pixel| Squares::of(batches.biases(pixel))).collect();
-        (batches.step() == 1).then(|| BiasFilter { batches, width, squares: squares() })
+impl BiasFilter {
+    /// For pixels whose numbers in `batches` are `place(pixel)`; `None` if not all of them are looked at.
+    pub(super) fn new(
+        batches: &BatchMeans,
+        width: usize,
+        place: impl Fn(usize) -> usize + Sync,
+    ) -> Option<BiasFilter> {
+        let of = |pixel| Biases::of(batches.biases(place(pixel)));
+        let pixels = || (0..batches.len()).into_par_iter().map(of).collect();
+        (batches.step() == 1).then(|| BiasFilter { width, pixels: pixels() })
     }
 
     pub(super) fn at(&self, pixel: usize) -> Bias {
-        let Some([a, b]) = self.batches.biases(pixel) else {
-            return Bias { mean: DVec3::ZERO, variance: DVec3::ZERO };
-        };
-        let Squares { product, noise } = self.window(pixel);
+        let [product, noise] = self.window(pixel);
         let bias2 = (product - THRESHOLD * noise).max(DVec3::ZERO);
         let total = bias2 + noise;
         let share = DVec3::select(total.cmpgt(DVec3::ZERO), bias2 / total, DVec3::ZERO);
-        Bias { mean: 0.5 * share * (a + b), variance: share * noise }
+        Bias { mean: share * self.pixels[pixel].mean, variance: share * noise }
     }
 
-    fn window(&self, pixel: usize) -> Squares {
-        let (x, y, height) = (pixel % self.width, pixel / self.width, self.squares.len() / self.width);
+    /// The means of product and noise.
+    fn window(&self, pixel: usize) -> [DVec3; 2] {
+        let (x, y, height) = (pixel % self.width, pixel / self.width, self.pixels.len() / self.width);
         let (columns, rows) = (around(x, self.width), around(y, height));
         let n = (columns.len() * rows.len()) as f64;
-        let mut sum = Squares::default();
+        let [mut product, mut noise] = [DVec3::ZERO; 2];
         for row in rows {
-            for squares in &self.squares[row * self.width..][columns.clone()] {
-                sum.product += squares.product;
-                sum.noise += squares.noise;
+            for biases in &self.pixels[row * self.width..][columns.clone()] {
+                product += biases.product;
+                noise += biases.noise;
             }
         }
-        Squares { product: sum.product / n, noise: sum.noise / n }
+        [product / n, noise / n]
     }
 }
 
-impl Squares {
-    fn of(biases: Option<[DVec3; 2]>) -> Squares {
-        let Some([a, b]) = biases else { return Squares::default() };
+impl Biases {
+    fn of(biases: Option<[DVec3; 2]>) -> Biases {
+        let Some([a, b]) = biases else { return Biases::default() };
         let half = 0.5 * (a - b);
-        Squares { product: a * b, noise: half * half }
+        Biases { mean: 0.5 * (a + b), product: a * b, noise: half * half }
     }
 }
 
@@ -116,7 +119,7 @@ mod tests {
 
     /// The mean bias of the left half and of the right one, away from the edge between them.
     fn found(batches: &BatchMeans) -> [f64; 2] {
-        let filter = BiasFilter::new(batches, WIDTH).unwrap();
+        let filter = BiasFilter::new(batches, WIDTH, |pixel| pixel).unwrap();
         [0..WIDTH / 2 - 4, WIDTH / 2 + 4..WIDTH].map(|columns| {
             let pixels = (0..WIDTH).flat_map(|y| columns.clone().map(move |x| y * WIDTH + x));
             let biases: Vec<f64> = pixels.map(|pixel| filter.at(pixel).mean.x).collect();
@@ -138,7 +141,7 @@ mod tests {
     #[test]
     fn noise_alone_is_no_bias() {
         let batches = batches(0.0);
-        let filter = BiasFilter::new(&batches, WIDTH).unwrap();
+        let filter = BiasFilter::new(&batches, WIDTH, |pixel| pixel).unwrap();
         let pixels = 0..WIDTH * WIDTH;
         let claimed = pixels.clone().filter(|&pixel| filter.at(pixel).mean.x != 0.0).count();
         assert!(claimed * 4 < pixels.len(), "{claimed} of {} pixels", pixels.len());
@@ -149,6 +152,6 @@ mod tests {
 
     #[test]
     fn filter_needs_all_pixels() {
-        assert!(BiasFilter::new(&BatchMeans::new(100, 3), 10).is_none());
+        assert!(BiasFilter::new(&BatchMeans::new(100, 3), 10, |pixel| pixel).is_none());
     }
 }

@@ -97,13 +97,16 @@ impl<'a> Accuracy<'a> {
     /// The errors of every pixel, row by row from the top; `None` if the settings ask for that of the picture alone.
     pub fn pixels(&self) -> Option<Vec<PixelError>> {
         let quantile = ErrorQuantile::new(self.confidence, self.batches.degrees_of_freedom());
-        let filter = BiasFilter::new(self.batches, self.render.scene.film().width as usize)?;
+        let lists = self.render.pixel_lists();
+        let width = self.render.scene.film().width as usize;
+        let filter = BiasFilter::new(self.batches, width, |pixel| lists.place(pixel))?;
         let pixels = (0..self.render.emitted_light.len()).into_par_iter();
         Some(pixels.map(|pixel| self.pixel(pixel, &filter, &quantile)).collect())
     }
 
     fn pixel(&self, pixel: usize, filter: &BiasFilter, quantile: &ErrorQuantile) -> PixelError {
-        let (variance, photons) = (self.variance(pixel), self.photons(pixel));
+        let lists = self.render.pixel_lists();
+        let (variance, photons) = (self.variance(lists.place(pixel)), self.photons(pixel));
         let Bias { mean: bias, variance: doubt } = filter.at(pixel);
         let bound = if self.trusts(pixel, photons) {
             let bound = |channel: usize| quantile.bound(bias[channel], (variance + doubt)[channel].sqrt());
@@ -121,20 +124,21 @@ impl<'a> Accuracy<'a> {
 
     /// The error of the picture, from some thousands of its pixels.
     pub fn picture(&self) -> PictureError {
-        let step = sampling_step(self.render.emitted_light.len(), self.render.scene.film().width as usize);
-        let pixels: Vec<usize> = (0..self.render.emitted_light.len()).step_by(step).collect();
-        let chunks: Vec<Sums> = pixels.par_chunks(CHUNK).map(|chunk| self.sums(chunk)).collect();
+        let pixels = self.render.emitted_light.len();
+        let places: Vec<usize> = (0..pixels).step_by(sampling_step(pixels)).collect();
+        let chunks: Vec<Sums> = places.par_chunks(CHUNK).map(|chunk| self.sums(chunk)).collect();
         let sums = chunks.into_iter().fold(Sums::default(), Sums::plus);
         sums.error(self.render.passes, one_sided_normal(self.confidence))
     }
 
-    fn sums(&self, pixels: &[usize]) -> Sums {
+    fn sums(&self, places: &[usize]) -> Sums {
         let mut sums = Sums::default();
-        for &pixel in pixels {
+        for &place in places {
+            let pixel = self.render.pixel_lists().pixel(place);
             let radiance = radiance(self.render, pixel);
             let share = (3.0 * (radiance * radiance + REL_MSE_EPSILON)).recip();
-            let noise = share.dot(self.variance(pixel));
-            let bias = self.batches.biases(pixel).map_or(0.0, |[a, b]| share.dot(a * b));
+            let noise = share.dot(self.variance(place));
+            let bias = self.batches.biases(place).map_or(0.0, |[a, b]| share.dot(a * b));
             sums.noise.add(noise);
             sums.bias.add(bias);
             sums.untrusted += u32::from(!self.trusts(pixel, self.photons(pixel)));
@@ -147,8 +151,8 @@ impl<'a> Accuracy<'a> {
         policy.asymptotic_exponent(alpha) > 0.0
     }
 
-    fn variance(&self, pixel: usize) -> DVec3 {
-        self.newer * self.batches.variance(pixel)
+    fn variance(&self, place: usize) -> DVec3 {
+        self.newer * self.batches.variance(place)
     }
 
     fn photons(&self, pixel: usize) -> f64 {
@@ -163,15 +167,10 @@ impl<'a> Accuracy<'a> {
     }
 }
 
-/// The distance in row-major order between the pixels that the error of a picture is found from: it has no factor in
-/// common with the width, so that they come from all columns.
-pub(super) fn sampling_step(pixels: usize, width: usize) -> usize {
-    let largest = (pixels / SAMPLED_PIXELS).max(1);
-    (1..=largest).rev().find(|&step| gcd(step, width) == 1).unwrap_or(1)
-}
-
-fn gcd(a: usize, b: usize) -> usize {
-    if b == 0 { a } else { gcd(b, a % b) }
+/// The distance between the places of pixels that the error of a picture is found from: the tree's order takes them
+/// from everywhere.
+pub(super) fn sampling_step(pixels: usize) -> usize {
+    (pixels / SAMPLED_PIXELS).max(1)
 }
 
 /// What is found at some pixels.
@@ -255,18 +254,13 @@ mod tests {
     }
 
     #[test]
-    fn sampled_pixels_come_from_all_columns() {
-        for (width, height) in [(512, 512), (1920, 1080), (64, 48), (300, 1), (1, 1)] {
-            let step = sampling_step(width * height, width);
-            let sampled = (0..width * height).step_by(step);
+    fn enough_pixels_are_sampled_and_not_many_more() {
+        for pixels in [1usize, 300, 8192, 64 * 480, 512 * 512, 1920 * 1080] {
+            let sampled = pixels.div_ceil(sampling_step(pixels));
             assert!(
-                sampled.len() >= SAMPLED_PIXELS.min(width * height),
-                "{width}x{height}: {}",
-                sampled.len()
+                (SAMPLED_PIXELS.min(pixels)..2 * SAMPLED_PIXELS).contains(&sampled),
+                "{pixels}: {sampled}"
             );
-            assert!(sampled.len() < 2 * SAMPLED_PIXELS || width * height < 2 * SAMPLED_PIXELS);
-            let columns: std::collections::BTreeSet<usize> = sampled.map(|pixel| pixel % width).collect();
-            assert_eq!(columns.len(), width);
         }
     }
 }
