@@ -1,6 +1,6 @@
 //! The eye pass: Whitted's tree of specular rays from the camera, which leaves hit points where it meets diffuse surfaces.
 //!
-//! Where glass is in glass such a tree doubles from event to event. So branches fainter than [`SPLIT_WEIGHT`] follow one
+//! Where glass is in glass such a tree doubles from event to event. So branches fainter than 1/4096 of their sample follow one
 //! way, chosen by roulette: what they find is right on average, and no more than some thousand can be brighter.
 
 use rayon::prelude::*;
