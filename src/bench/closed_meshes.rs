@@ -133,9 +133,8 @@ impl Shape {
 type Triangles = (Vec<Vec3>, Vec<[u32; 3]>);
 
 fn cube() -> Triangles {
-    let corner = |i: u32| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * 2.0 - 1.0;
-    let quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
-    ((0..8).map(corner).collect(), quads.into_iter().flat_map(halves).collect())
+    let Mesh { vertices, triangles, .. } = Mesh::inward_cube("room", 0);
+    (vertices, triangles)
 }
 
 fn ball() -> Triangles {

@@ -36,14 +36,6 @@ pub(super) fn specimens() -> Vec<Specimen> {
     ]
 }
 
-/// The corners and faces of the cube from -1 to 1, seen from within.
-pub(super) fn inward_cube() -> (Vec<Vec3>, Vec<[u32; 3]>) {
-    let corner = |i: u32| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * 2.0 - 1.0;
-    let quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
-    let triangles = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
-    ((0..8).map(corner).collect(), triangles)
-}
-
 fn mesh(name: &str, vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>, material: u32) -> Mesh {
     Mesh { name: name.into(), vertices, normals: None, materials: vec![material; triangles.len()], triangles }
 }
@@ -61,7 +53,6 @@ fn materials() -> Vec<Material> {
 
 /// A grey box with a point light, seen from within.
 pub(super) fn bare() -> SceneDesc {
-    let (vertices, triangles) = inward_cube();
     SceneDesc {
         name: "box".into(),
         path: "box".into(),
@@ -82,7 +73,7 @@ pub(super) fn bare() -> SceneDesc {
         },
         materials: materials(),
         spheres: vec![],
-        meshes: vec![mesh("box", vertices, triangles, WALL)],
+        meshes: vec![Mesh::inward_cube("box", WALL)],
         point_lights: vec![PointLightDesc { position: Vec3::new(0.15, 0.55, -0.1), intensity: Rgb::ONE }],
         warnings: vec![],
     }

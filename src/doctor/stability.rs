@@ -2,12 +2,12 @@
 
 use rayon::ThreadPoolBuilder;
 
-use super::specimens::{Specimen, bare, inward_cube, specimens};
+use super::specimens::{Specimen, bare, specimens};
 use super::{Check, Diagnosis, Finding, Severity};
 use crate::film::Image;
 use crate::math::{Ray, Rng, Stream, Vec3};
 use crate::ppm::{Ledger, Render, Settings};
-use crate::scene::{Scene, SceneDesc, Traversal, TraversalError};
+use crate::scene::{Mesh, Scene, SceneDesc, Traversal, TraversalError};
 
 /// Both ways of tracing rays that promise to let none through between triangles.
 const TRAVERSALS: [Traversal; 2] = [Traversal::Embree, Traversal::Custom];
@@ -138,7 +138,7 @@ fn agree_on_average(a: &Image, b: &Image) -> bool {
 fn seal(desc: &SceneDesc) -> Result<Finding, StabilityError> {
     const RAYS: u64 = 20_000;
     let name = "a sealed cube";
-    let (corners, faces) = inward_cube();
+    let Mesh { vertices: corners, triangles: faces, .. } = Mesh::inward_cube(name, 0);
     let mut faults = Vec::new();
     for traversal in TRAVERSALS {
         let scene = Scene::with_traversal(desc.clone(), traversal)?;

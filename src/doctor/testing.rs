@@ -1,13 +1,12 @@
 //! A sound scene for the tests of this module to break.
 
+use super::specimens::bare;
 use super::subject::Subject;
 use super::{Check, Finding, Severity};
 use crate::bsdf::Bsdf;
 use crate::math::{Rgb, Vec3};
 use crate::ppm::Settings;
-use crate::scene::{
-    CameraDesc, FilmDesc, Material, Mesh, PointLightDesc, RenderDesc, SceneDesc, SphereDesc, Traversal,
-};
+use crate::scene::{Material, Mesh, RenderDesc, SceneDesc, SphereDesc, Traversal};
 
 pub const WALL: u32 = 0;
 pub const GLASS: u32 = 1;
@@ -27,13 +26,6 @@ pub fn room() -> SceneDesc {
     SceneDesc {
         name: "room".into(),
         path: "room.toml".into(),
-        film: FilmDesc { width: 24, height: 24 },
-        camera: CameraDesc {
-            position: Vec3::new(0.1, 0.2, 0.9),
-            look_at: Vec3::new(0.0, -0.4, -1.0),
-            up: Vec3::Y,
-            fov_degrees: 70.0,
-        },
         render: RenderDesc {
             passes: 4,
             photons: 20_000,
@@ -50,11 +42,7 @@ pub fn room() -> SceneDesc {
         ],
         spheres: vec![SphereDesc { center: Vec3::new(-0.4, -0.6, -0.3), radius: 0.3, material: GLASS }],
         meshes: vec![walls],
-        point_lights: vec![PointLightDesc {
-            position: Vec3::new(0.15, 0.55, -0.1),
-            intensity: Rgb::splat(1.0),
-        }],
-        warnings: vec![],
+        ..bare()
     }
 }
 

@@ -19,6 +19,21 @@ pub struct Mesh {
 }
 
 impl Mesh {
+    /// The cube from -1 to 1 with its faces turned inward: the simplest room.
+    pub fn inward_cube(name: &str, material: u32) -> Mesh {
+        let corner = |i: u32| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * 2.0 - 1.0;
+        let quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
+        let triangles: Vec<[u32; 3]> =
+            quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
+        Mesh {
+            name: name.into(),
+            vertices: (0..8).map(corner).collect(),
+            normals: None,
+            materials: vec![material; triangles.len()],
+            triangles,
+        }
+    }
+
     /// The corners of one triangle.
     pub fn corners(&self, triangle: usize) -> [Vec3; 3] {
         self.triangles[triangle].map(|i| self.vertices[i as usize])

@@ -50,10 +50,7 @@ pub fn ceiling(y: f32, half: f32, material: u32) -> Mesh {
 
 /// The cube from -1 to 1 with its faces turned inward.
 pub fn inward_cube(material: u32) -> Mesh {
-    let corner = |i: u32| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * 2.0 - 1.0;
-    let quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
-    let triangles = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
-    mesh((0..8).map(corner).collect(), triangles, material)
+    Mesh::inward_cube("mesh", material)
 }
 
 /// A grey box from -1 to 1 with a point light off its middle, seen from within: material 0 is its walls'.
