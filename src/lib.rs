@@ -37,6 +37,7 @@ pub mod checkpoint;
 pub mod cli;
 pub mod compare;
 pub mod doctor;
+pub mod effects;
 pub mod embree;
 pub mod film;
 pub mod input;
