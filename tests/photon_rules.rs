@@ -69,9 +69,8 @@ fn far_away() -> Mesh {
 fn photon_irradiance(scene: &Scene, passes: u32) -> f64 {
     let mut render = Render::new(scene, Settings::of_scene(scene.render()));
     (0..passes).for_each(|_| assert!(render.pass().photons.is_balanced()));
-    let emitted = render.emitted_photons();
-    let sum: DVec3 = render.states().map(|s| s.irradiance(emitted)).sum();
-    sum.x / render.states().len() as f64
+    let sum: DVec3 = (0..render.hit_points().len()).map(|k| render.photon_irradiance(k)).sum();
+    sum.x / render.hit_points().len() as f64
 }
 
 fn assert_close(found: f64, expected: f64, tolerance: f64) {

@@ -1,8 +1,9 @@
 //! Where the hit points and the photons of a gathering come from: the walls of a box, or a real render.
 
 use super::BenchError;
+use crate::effects::PathClass;
 use crate::math::{Rng, Stream, Vec3};
-use crate::ppm::{HitPoints, PhotonPass, Settings, camera_pass};
+use crate::ppm::{HitPoints, PhotonBatch, PhotonPass, Settings, camera_pass};
 use crate::scene::Scene;
 
 /// Hit points, and photons among them.
@@ -84,13 +85,18 @@ impl Rendered<'_> {
 
     fn photons(&self, emitted: u64) -> Result<Vec<Vec3>, BenchError> {
         let settings = Settings { photons: emitted, ..self.settings };
-        let positions = PhotonPass::default().trace(self.scene, &settings, 0).positions().concat();
+        let positions = all_positions(PhotonPass::default().trace(self.scene, &settings, 0));
         if positions.is_empty() {
             Err(BenchError::NoPhotons { scene: self.name.into() })
         } else {
             Ok(positions)
         }
     }
+}
+
+/// Where photons of all kinds lie.
+fn all_positions(batch: &PhotonBatch) -> Vec<Vec3> {
+    PathClass::ALL.into_iter().flat_map(|class| batch.of(class).positions().concat()).collect()
 }
 
 /// `count` of them at equal distances in their order, which is that of the picture.
@@ -167,7 +173,7 @@ mod tests {
                 let settings = Settings { photons: 300, ..render.settings };
                 let batch = pass.trace(render.scene, &settings, 0);
                 assert_eq!(batch.ledger.emitted, 300);
-                assert_eq!(Source::Render(render).photons(300).unwrap(), batch.positions().concat());
+                assert_eq!(Source::Render(render).photons(300).unwrap(), all_positions(batch));
             },
         );
     }

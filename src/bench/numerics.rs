@@ -9,6 +9,7 @@ use super::closed_meshes::ClosedMesh;
 use super::machine::Machine;
 use super::timing::timed;
 use crate::bvh::Sphere;
+use crate::effects::PathClass;
 use crate::math::{DVec3, Ray, Rgb, Rng, Stream, Vec3};
 use crate::ppm::{Precision, RadiusPolicy, Render, Settings};
 use crate::report::{Cell, Page, Table};
@@ -103,11 +104,14 @@ impl<'s> Run<'s> {
     }
 
     fn shrunk(&self) -> f64 {
-        self.render.states().next().map_or(f64::NAN, |state| (state.radius() / self.first_radius).powi(2))
+        self.render
+            .states(PathClass::Indirect)
+            .first()
+            .map_or(f64::NAN, |state| (state.radius() / self.first_radius).powi(2))
     }
 
     fn light(&self) -> Vec<DVec3> {
-        self.render.states().map(|state| state.irradiance(self.render.emitted_photons())).collect()
+        (0..self.render.hit_points().len()).map(|position| self.render.photon_irradiance(position)).collect()
     }
 
     fn row(&self, what: &str, error: f64) -> NumericsRow {

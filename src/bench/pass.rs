@@ -135,7 +135,7 @@ impl Sample {
             rays: rays.len(),
             overlaps: pass.gathered + pass.rejected_by_side,
             hit_points: render.setup().hit_points,
-            bytes: render.tree().memory_bytes() + render.facets().memory_bytes() + render.states_bytes(),
+            bytes: render.collectors_bytes() + render.facets().memory_bytes(),
         }
     }
 }

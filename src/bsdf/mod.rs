@@ -56,6 +56,16 @@ impl Bsdf {
         }
     }
 
+    /// Whether any of its lobes is specular.
+    pub fn is_specular(&self) -> bool {
+        match *self {
+            Bsdf::Diffuse { .. } => false,
+            Bsdf::Mirror { reflectance } => reflectance != Rgb::ZERO,
+            Bsdf::Dielectric { .. } => true,
+            Bsdf::FixedWeight { reflectivity, transparency, .. } => reflectivity + transparency > 0.0,
+        }
+    }
+
     /// All lobes for a path that arrives along `wo` (unit, local, pointing back along the path).
     ///
     /// Radiance crossing an interface is scaled by `1 / eta²`, since its cone widens or narrows (Veach, "Robust

@@ -78,6 +78,8 @@ impl Facts {
             seed,
             eye_seed: _,
             error_estimates,
+            transport,
+            planning,
         } = *settings;
         self.add("samples", samples);
         self.add("depth", depth);
@@ -93,6 +95,8 @@ impl Facts {
         self.add("seed", seed);
         self.add("eye seed", settings.key_of_eye_paths());
         self.add("error estimates", lower_case(error_estimates));
+        self.add("transport", transport);
+        self.add("planning", lower_case(planning));
     }
 
     fn add_scene(&mut self, desc: &SceneDesc) {

@@ -11,6 +11,7 @@ pub use doctor::DoctorArgs;
 
 use crate::bsdf::DiffuseSampling;
 use crate::compare::{Bound, Crop};
+use crate::effects::PathClass;
 use crate::ppm;
 use crate::reference;
 use crate::scene::{self, Access, FilmDesc};
@@ -64,6 +65,7 @@ Examples:
   caustica render data/course_balls.toml --sampling uniform --seed 7 -o out/uniform.exr
   caustica render data/cornell_b.toml --time 120 --photons 1e6 --json -
   caustica render data/course_water.toml --target-error 5% --confidence 90% --layers
+  caustica render data/cornell_b.toml --transport caustic -o out/caustic.exr
   caustica render data/course_water.toml --passes 100000 --checkpoint out/water.checkpoint --resume
 
 Ctrl-C finishes the pass under way and writes the picture, and the checkpoint where one is kept;
@@ -108,9 +110,15 @@ pub struct RenderArgs {
     /// How sure to be of errors: of the target, and of the bounds of --layers
     #[arg(long, allow_negative_numbers = true, value_name = "C", default_value = "90%", value_parser = |s: &str| share(s, 0.01..=0.999))]
     pub confidence: f64,
-    /// Add layers to the EXR: stderr, bias, bound, photons, radius
+    /// Add layers to the EXR: direct, caustic, indirect; stderr, bias, bound, photons, radius
     #[arg(long, conflicts_with = "no_error_estimates")]
     pub layers: bool,
+    /// Kinds of light to simulate, separated by commas; direct light holds the lamps that are seen
+    #[arg(long, value_name = "KINDS", value_delimiter = ',', default_value = "direct,caustic,indirect")]
+    pub transport: Vec<PathClass>,
+    /// Simulate what was asked for even where it provably brings no light: to check the plan, which `caustica explain` shows
+    #[arg(long)]
+    pub no_plan: bool,
     /// Key of the eye paths; renders with equal ones have the same hit points [default: --seed]
     #[arg(long, value_name = "S")]
     pub eye_seed: Option<u64>,

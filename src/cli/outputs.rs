@@ -8,6 +8,8 @@ use super::error_watch::ErrorRecord;
 use super::json_lines::JsonLines;
 use super::memory;
 use super::pictures::{PicturePath, default_output};
+use crate::effects::PathClass;
+use crate::film::Image;
 use crate::output::{Display, ExrLayer, LayerChannels, Metadata, Value};
 use crate::ppm::{Layers, PassStatistics, Render, SetupStatistics};
 use crate::scene::{SceneDesc, Traversal};
@@ -109,11 +111,13 @@ impl Outputs {
 
     pub fn write(&self, render: &Render, seconds: f64) -> Result<(), CliError> {
         let metadata = self.metadata(render, seconds);
-        let layers = self.layers.and_then(|confidence| render.accuracy(confidence)?.layers());
-        let layers = layers.as_ref().map(named).unwrap_or_default();
+        let light = if self.layers.is_some() { light_layers(render) } else { Vec::new() };
+        let errors = self.layers.and_then(|confidence| render.accuracy(confidence)?.layers());
+        let mut layers: Vec<ExrLayer> = light.iter().map(|(class, image)| of_class(*class, image)).collect();
+        layers.extend(errors.as_ref().map(named).unwrap_or_default());
         self.picture.write_layers(&render.picture(), &layers, &metadata, &self.display)?;
         if let Some(direct) = &self.direct {
-            direct.write(&render.direct_picture(), &metadata, &self.display)?;
+            direct.write(&render.layer(PathClass::Direct), &metadata, &self.display)?;
         }
         note!(
             "{} passes in {seconds:.1} s: {} and {}",
@@ -140,6 +144,7 @@ impl Outputs {
             .with("caustica:radius_policy", Value::Text(settings.policy.to_string()))
             .with("caustica:sampling", Value::Text(format!("{:?}", settings.sampling).to_lowercase()))
             .with("caustica:traversal", Value::Text(self.traversal.to_string()))
+            .with("caustica:transport", Value::Text(render.classes().to_string()))
             .with("caustica:seed", Value::Text(settings.seed.to_string()))
             .with("caustica:eye_seed", Value::Text(settings.key_of_eye_paths().to_string()));
         let metadata = match self.layers {
@@ -148,6 +153,14 @@ impl Outputs {
         };
         if self.reproducible { metadata } else { metadata.with("caustica:seconds", Value::Double(seconds)) }
     }
+}
+
+fn light_layers(render: &Render) -> Vec<(PathClass, Image)> {
+    PathClass::ALL.into_iter().map(|class| (class, render.layer(class))).collect()
+}
+
+fn of_class(class: PathClass, image: &Image) -> ExrLayer<'_> {
+    ExrLayer { name: class.name(), channels: LayerChannels::Rgb, image }
 }
 
 /// The layers under the names that they have in the file.

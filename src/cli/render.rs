@@ -7,7 +7,7 @@ use super::outputs::Outputs;
 use super::progress::{Budget, Progress};
 use super::{load, memory, use_threads};
 use crate::checkpoint::Checkpoint;
-use crate::ppm::{ErrorEstimates, Render, Settings};
+use crate::ppm::{ErrorEstimates, Planning, Render, Settings};
 use crate::scene::{Scene, SceneDesc};
 
 /// Renders a scene by photon mapping: passes until the budget is spent or the target reached, then the picture.
@@ -71,7 +71,10 @@ impl Session<'_> {
     }
 
     fn is_over(&self, interrupt: &Interrupt) -> bool {
-        self.progress.is_over(self.render.passes()) || self.errors.is_met() || interrupt.is_asked()
+        self.progress.is_over(self.render.passes())
+            || self.render.is_finished()
+            || self.errors.is_met()
+            || interrupt.is_asked()
     }
 
     fn pass(&mut self) -> Result<(), CliError> {
@@ -120,6 +123,9 @@ fn first_error<const N: usize>(results: [Result<(), CliError>; N]) -> Result<(),
 fn announce(args: &RenderArgs, render: &Render) {
     let found = if render.settings().radius.is_some() { "" } else { " (found: two pixels wide)" };
     note!("{} hit points, radius {:.4}{found}", render.setup().hit_points, render.setup().radius);
+    if render.is_finished() {
+        note!("no pass is called for: there is no light that photons or samples of area lights could bring");
+    }
     let Some(target) = args.target_error else { return };
     let (target, confidence) = (percent(target), percent(args.confidence));
     note!(
@@ -150,6 +156,8 @@ fn settings(args: &RenderArgs, desc: &SceneDesc) -> Settings {
         seed: args.run.seed,
         eye_seed: args.eye_seed,
         error_estimates: error_estimates(args),
+        transport: args.transport.iter().copied().collect(),
+        planning: if args.no_plan { Planning::Everything } else { Planning::Derived },
     }
 }
 

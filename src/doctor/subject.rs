@@ -1,9 +1,10 @@
 //! A scene under examination, and what a small trial render of it found.
 
 use super::bodies::{Body, bodies};
+use crate::effects::PathClass;
 use crate::math::mean;
 use crate::ppm::{
-    HitPoint, PassStatistics, Render, Settings, SetupStatistics, automatic_radius, camera_pass,
+    HitPoint, PassStatistics, Planning, Render, Settings, SetupStatistics, automatic_radius, camera_pass,
 };
 use crate::scene::{Scene, SceneDesc, Traversal, TraversalError};
 
@@ -63,7 +64,8 @@ impl<'a> Subject<'a> {
 
 /// With the radius that the whole picture would begin with.
 fn try_out(scene: &Scene, asked: Settings, pixel_ratio: f64) -> Trial {
-    let settings = Settings { samples: 1, photons: asked.photons.min(PHOTONS), ..asked };
+    let planning = Planning::Everything;
+    let settings = Settings { samples: 1, photons: asked.photons.min(PHOTONS), planning, ..asked };
     let found = || automatic_radius(&camera_pass::trace(scene, &settings).hit_points) / pixel_ratio;
     let settings = Settings { radius: Some(asked.radius.unwrap_or_else(found)), ..settings };
     let mut render = Render::new(scene, settings);
@@ -72,6 +74,10 @@ fn try_out(scene: &Scene, asked: Settings, pixel_ratio: f64) -> Trial {
         setup: *render.setup(),
         hit_points: render.hit_points().to_vec(),
         pass,
-        has_direct_light: render.direct_picture().pixels().iter().any(|&radiance| mean(radiance) > 0.0),
+        has_direct_light: render
+            .layer(PathClass::Direct)
+            .pixels()
+            .iter()
+            .any(|&radiance| mean(radiance) > 0.0),
     }
 }

@@ -1,10 +1,13 @@
 use std::fmt;
 use std::str::FromStr;
 
+use serde::{Deserialize, Serialize};
+
 /// The kinds of paths between a light and the eye, told apart by what lies between the light and the receiver that the
 /// eye sees, directly or through specular events. In Heckbert's letters, with `D` that receiver:
 /// every path from a light over a receiver to the eye is of exactly one kind.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum PathClass {
     /// `L D`: nothing. Shadow rays bring it.
     Direct,

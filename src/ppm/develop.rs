@@ -5,41 +5,55 @@ use std::f64::consts::PI;
 use rayon::prelude::*;
 
 use super::Render;
+use super::collector::Collector;
+use crate::effects::PathClass;
 use crate::film::Image;
-use crate::math::DVec3;
+use crate::math::{DVec3, Rgb};
 
 pub(super) fn picture(render: &Render) -> Image {
-    image(render, |pixel| radiance(render, pixel))
+    image(render, |pixel| {
+        let layers = render.classes.iter().map(|class| class_radiance(render, class, pixel).as_vec3());
+        layers.sum::<Rgb>().as_dvec3()
+    })
 }
 
-pub(super) fn direct_picture(render: &Render) -> Image {
-    image(render, |pixel| {
-        render.emitted_light[pixel].as_dvec3() + reflected(render, pixel, |p| render.direct.irradiance(p))
-    })
+pub(super) fn layer(render: &Render, class: PathClass) -> Image {
+    image(render, |pixel| class_radiance(render, class, pixel))
+}
+
+/// The radiance of a pixel by one kind of path; zero by those that are not simulated.
+fn class_radiance(render: &Render, class: PathClass, pixel: usize) -> DVec3 {
+    match class {
+        _ if !render.classes.contains(class) => DVec3::ZERO,
+        PathClass::Direct => {
+            render.emitted_light[pixel].as_dvec3() + reflected(render, pixel, |p| render.direct.irradiance(p))
+        }
+        PathClass::Caustic | PathClass::Indirect => {
+            render.collector(class).map_or(DVec3::ZERO, |collector| {
+                reflected(render, pixel, |p| collector.state(p).irradiance(render.emitted_photons))
+            })
+        }
+    }
 }
 
 /// The radiance of a pixel, of all light found so far.
 pub(super) fn radiance(render: &Render, pixel: usize) -> DVec3 {
-    render.emitted_light[pixel].as_dvec3()
-        + reflected(render, pixel, |p| render.direct.irradiance(p) + from_photons(render, p))
+    render.classes.iter().map(|class| class_radiance(render, class, pixel)).sum()
 }
 
 /// The part of [`radiance`] that changes from pass to pass.
 pub(super) fn noisy_radiance(render: &Render, pixel: usize) -> DVec3 {
-    let share = 1.0 / (PI * render.emitted_photons as f64);
-    let photons = |p| {
-        let state = render.states.get(p);
+    let share = 1.0 / (PI * render.emitted_photons.max(1) as f64);
+    let from = |collector: &Collector, p| {
+        let state = collector.state(p);
         state.flux * (share / state.radius2)
     };
+    let photons = |p| render.collectors.iter().map(|collector| from(collector, p)).sum::<DVec3>();
     if !render.direct.is_sampled() {
         return reflected(render, pixel, photons);
     }
-    // One walk for both: estimates of the error read every hit point again and again.
+    // One walk for all: estimates of the error read every hit point again and again.
     reflected(render, pixel, |p| photons(p) + render.direct.irradiance_from_areas(p))
-}
-
-fn from_photons(render: &Render, position: usize) -> DVec3 {
-    render.states.get(position).irradiance(render.emitted_photons)
 }
 
 /// What a pixel sees of the irradiance at its hit points.

@@ -5,7 +5,7 @@ use std::ops::{Add, Range};
 
 use super::lane_parts::{LaneParts, PartArrays};
 use super::statistic::{Statistic, Statistics};
-use super::{Facets, PassSum, Photon, PhotonBatch};
+use super::{Facets, PassSum, Photon, Photons};
 use crate::bvh::{Gatherer, Leaf, Radii, SphereBvh};
 use crate::math::{DVec3, Rgb};
 use crate::scene::Receiver;
@@ -43,11 +43,11 @@ impl Add for Found {
 
 /// One pass: adds the photons, shrinks the radii by `alpha` and lets the tree follow, in one walk through it.
 ///
-/// A hit point sums its photons in the order of the batch.
+/// A hit point sums its photons by their numbers.
 pub(super) fn gather(
     tree: &mut SphereBvh,
     facets: &Facets,
-    photons: &PhotonBatch,
+    photons: &Photons,
     alpha: f64,
     statistics: &mut Statistics,
 ) -> Found {
@@ -61,7 +61,7 @@ pub(super) fn gather(
 fn gather_into<S: Statistic>(
     tree: &mut SphereBvh,
     facets: &Facets,
-    photons: &PhotonBatch,
+    photons: &Photons,
     alpha: f64,
     states: &mut [S],
 ) -> Found {
@@ -71,7 +71,7 @@ fn gather_into<S: Statistic>(
 
 struct PhotonGatherer<'a, S> {
     facets: &'a Facets,
-    photons: &'a PhotonBatch,
+    photons: &'a Photons<'a>,
     alpha: f64,
     state: PhantomData<fn(S)>,
 }
@@ -237,7 +237,7 @@ fn close<S: Statistic>(
 #[cfg(test)]
 mod tests {
     use super::super::evenness::{PartSums, TestedState};
-    use super::super::photon_pass::PhotonChunk;
+    use super::super::photon_pass::Deposits;
     use super::super::statistic::SingleState;
     use super::super::{GatherState, HitPoint};
     use super::*;
@@ -280,19 +280,20 @@ mod tests {
         HitPoint { receiver, weight: Rgb::ONE, pixel: 0, material: 0, footprint: 0.0 }
     }
 
-    fn photon_batch(rng: &mut Rng, n: usize) -> PhotonBatch {
-        let mut batch = PhotonBatch::default();
+    fn deposits(rng: &mut Rng, n: usize) -> Vec<Deposits> {
+        let mut chunks: Vec<Deposits> = Vec::new();
         for number in 0..n {
             if number % 300 == 0 {
-                batch.chunks.extend([PhotonChunk::default(), PhotonChunk::default()]);
+                chunks.extend([Deposits::default(), Deposits::default()]);
             }
-            let Some(chunk) = batch.chunks.last_mut() else { continue };
+            let Some(chunk) = chunks.last_mut() else { continue };
             let ng = if rng.next_f32() < 0.8 { Vec3::Y } else { vector(rng) };
             let wi = vector(rng);
-            chunk.positions.push(Vec3::new(rng.next_f32(), 0.01 * rng.next_f32(), rng.next_f32()));
+            let position = Vec3::new(rng.next_f32(), 0.01 * rng.next_f32(), rng.next_f32());
+            chunk.positions.push(position);
             chunk.photons.push(Photon { wi, ng, power: Rgb::new(rng.next_f32(), 1e-9, 3e4) });
         }
-        batch
+        chunks
     }
 
     /// The part of its disc that a photon lies in: the half of the area, and the quadrant.
@@ -305,9 +306,9 @@ mod tests {
     }
 
     /// What a pass must leave in a hit point: one photon after the other, in f64.
-    fn naive<S: Statistic>(hit_point: &HitPoint, sphere: &Sphere, batch: &PhotonBatch, alpha: f64) -> S {
+    fn naive<S: Statistic>(hit_point: &HitPoint, sphere: &Sphere, photons: &Photons, alpha: f64) -> S {
         let (mut sum, mut parts) = (PassSum::default(), PartSums::default());
-        for (p, photon) in batch.positions().concat().iter().zip(batch.photons()) {
+        for (p, photon) in photons.positions().concat().iter().zip(photons.iter()) {
             if let Some(flux) = received(&hit_point.receiver, photon).filter(|_| sphere.contains(*p)) {
                 sum.flux += flux.as_dvec3();
                 sum.accepted += 1;
@@ -332,17 +333,18 @@ mod tests {
             let hit_points: Vec<HitPoint> = (0..500).map(|_| hit_point(&mut rng, smooth)).collect();
             let sphere = |h: &HitPoint| Sphere { center: h.receiver.p, radius: 0.125 };
             let spheres: Vec<Sphere> = hit_points.iter().map(sphere).collect();
-            let batch = photon_batch(&mut rng, 1000);
+            let deposits = deposits(&mut rng, 1000);
+            let photons = Photons(deposits.iter().collect());
             let (tree, order) = SphereBvh::build(&spheres);
             let ordered: Vec<HitPoint> = order.iter().map(|&k| hit_points[k as usize]).collect();
-            let expected: Vec<S> = ordered.iter().map(|h| naive(h, &sphere(h), &batch, 0.7)).collect();
+            let expected: Vec<S> = ordered.iter().map(|h| naive(h, &sphere(h), &photons, 0.7)).collect();
             assert!(expected.iter().filter(|state| state.state().photons > 2.0).count() > 100);
             for isa in Isa::available() {
                 let (mut tree, mut states) = (tree.clone(), vec![S::new(0.125); 500]);
                 let facets = Facets::of(&ordered);
                 let gatherer =
-                    PhotonGatherer { facets: &facets, photons: &batch, alpha: 0.7, state: PhantomData };
-                let found = tree.gather_with(isa, &batch.positions(), &mut states, &gatherer);
+                    PhotonGatherer { facets: &facets, photons: &photons, alpha: 0.7, state: PhantomData };
+                let found = tree.gather_with(isa, &photons.positions(), &mut states, &gatherer);
                 assert!(states == expected, "{isa}, smooth: {smooth}");
                 let radii = states.iter().map(|state| state.state().radius() as f32);
                 assert!(radii.eq(tree.radii().iter().copied()), "{isa}");

@@ -13,6 +13,7 @@
 
 mod accuracy;
 pub mod camera_pass;
+mod collector;
 mod develop;
 mod diffuse_bounce;
 mod direct;
@@ -48,14 +49,14 @@ pub use gather::{Found, received};
 pub use hit_point::{GatherState, HitPoint, PassSum};
 pub use hit_points::HitPoints;
 pub use ledger::Ledger;
-pub use photon_pass::{Photon, PhotonBatch, PhotonPass};
+pub use photon_pass::{Deposits, Photon, PhotonBatch, PhotonPass, Photons};
 pub use radius::automatic_radius;
 pub use radius_floor::least_radius;
 pub use radius_policy::RadiusPolicy;
 pub use render_state::{ForeignState, RenderState};
-pub use settings::{ErrorEstimates, Settings};
+pub use settings::{ErrorEstimates, Planning, Settings};
 pub use statistic::Precision;
-pub use statistics::{PassStatistics, PhaseSeconds, RadiusRange, SetupStatistics};
+pub use statistics::{ClassStatistics, PassStatistics, PhaseSeconds, RadiusRange, SetupStatistics};
 
 use std::f32::consts::PI;
 use std::sync::OnceLock;
@@ -63,13 +64,13 @@ use std::sync::OnceLock;
 use rayon::prelude::*;
 
 use crate::bvh::{Sphere, SphereBvh};
+use crate::effects::{PathClass, PathClasses};
 use crate::film::Image;
-use crate::math::Rgb;
+use crate::math::{DVec3, Rgb};
 use crate::scene::Scene;
 use accuracy::{BatchMeans, sampling_step};
+use collector::Collector;
 use pixel_lists::PixelLists;
-use radius_floor::RadiusFloor;
-use statistic::Statistics;
 use statistics::Stopwatch;
 
 /// A render under way: the picture is there at any time, and every pass makes it better.
@@ -78,12 +79,12 @@ pub struct Render<'s> {
     settings: Settings,
     /// In the order of the tree, as are the states.
     hit_points: Vec<HitPoint>,
-    states: Statistics,
+    /// One for each kind of path that photons bring light by.
+    collectors: Vec<Collector>,
     /// Made when a picture is first asked for.
     pixel_lists: OnceLock<PixelLists>,
     facets: Facets,
-    radius_floor: RadiusFloor,
-    tree: SphereBvh,
+    classes: PathClasses,
     direct: DirectPass,
     photon_pass: PhotonPass,
     /// Lights that are seen directly, by pixel.
@@ -96,17 +97,16 @@ pub struct Render<'s> {
 }
 
 impl<'s> Render<'s> {
-    /// Traces the eye paths, finds the direct light and builds the tree over the hit points.
+    /// Traces the eye paths, finds the direct light and builds the trees over the hit points.
     pub fn new(scene: &'s Scene, settings: Settings) -> Render<'s> {
         let mut watch = Stopwatch::start();
         let eye = camera_pass::trace(scene, &settings);
         let eye_seconds = watch.lap();
         let radius = settings.radius.unwrap_or_else(|| automatic_radius(&eye.hit_points));
-        let (mut tree, hit_points, order) = build_tree(&eye.hit_points, radius);
-        let mut states = Statistics::new(hit_points.len(), radius, settings.policy, settings.precision);
+        let (tree, hit_points, order) = build_tree(&eye.hit_points, radius);
         let facets = Facets::of(&hit_points);
-        let radius_floor = RadiusFloor::of(&hit_points);
-        radius_floor.apply(&hit_points, &mut states, &mut tree);
+        let classes = classes_called_for(scene, &settings, &hit_points);
+        let collectors = collectors(classes, tree, &hit_points, radius, &settings);
         let batches = batch_means(&settings, eye.emitted.len());
         let tree_seconds = watch.lap();
         let direct = DirectPass::new(scene, &hit_points, order, settings.seed);
@@ -124,11 +124,10 @@ impl<'s> Render<'s> {
             scene,
             settings,
             hit_points,
-            states,
+            collectors,
             pixel_lists: OnceLock::new(),
             facets,
-            radius_floor,
-            tree,
+            classes,
             direct,
             photon_pass: PhotonPass::default(),
             emitted_light: eye.emitted,
@@ -139,7 +138,7 @@ impl<'s> Render<'s> {
         }
     }
 
-    /// One photon pass: trace the photons; gather them, shrink the radii and refit the tree.
+    /// One pass: direct light anew where it is sampled; photons are traced and gathered, radii shrink, trees follow.
     pub fn pass(&mut self) -> PassStatistics {
         let mut watch = Stopwatch::start();
         let mut phases = PhaseSeconds::default();
@@ -148,39 +147,47 @@ impl<'s> Render<'s> {
             self.direct.add_pass(self.scene, &self.hit_points, self.settings.seed);
         }
         phases.direct = watch.lap();
-        let batch = self.photon_pass.trace(self.scene, &self.settings, self.passes);
+        let Render { collectors, photon_pass, facets, settings, .. } = self;
+        let batch = match collectors.is_empty() {
+            true => photon_pass.skip(),
+            false => photon_pass.trace(self.scene, settings, self.passes),
+        };
         phases.trace = watch.lap();
         let ledger = batch.ledger;
-        let alpha = self.settings.policy.own_alpha(self.settings.alpha);
-        let found = gather::gather(&mut self.tree, &self.facets, batch, alpha, &mut self.states);
         self.emitted_photons += ledger.emitted;
         self.passes += 1;
-        self.shrink_together();
+        let gather = |c: &mut Collector| c.gather(facets, &batch.of(c.class), settings, self.passes);
+        let found: Vec<Found> = collectors.iter_mut().map(gather).collect();
         phases.gather = watch.lap();
-        let radius = self.radius_floor.apply(&self.hit_points, &mut self.states, &mut self.tree);
+        let classes = self.raise_radii(&found);
         if self.batches.is_some() {
             // The picture needs them as well: they are no cost of the estimates.
             self.pixel_lists();
         }
         watch.lap();
-        self.close_batch(radius.mean);
+        self.close_batch(&classes);
         phases.errors = watch.lap();
         let shadow_rays = self.direct.rays() - shadow_rays_before;
-        self.statistics(phases, ledger, found, shadow_rays, radius)
+        self.statistics(phases, ledger, classes, shadow_rays)
     }
 
-    /// Shrinks the radii that follow a common schedule.
-    fn shrink_together(&mut self) {
-        let Settings { policy, alpha, .. } = self.settings;
-        if let Some(ratio) = policy.common_ratio(alpha, self.passes) {
-            self.states.shrink(ratio);
-            self.tree.refit(|position| self.states.get(position).radius() as f32);
-        }
+    /// Ends the pass of every collector: what it found and how large its discs are.
+    fn raise_radii(&mut self, found: &[Found]) -> Vec<ClassStatistics> {
+        let Render { collectors, hit_points, .. } = self;
+        let raise = |(collector, &found): (&mut Collector, _)| {
+            let radius = collector.raise(hit_points);
+            collector.statistics(found, radius)
+        };
+        collectors.iter_mut().zip(found).map(raise).collect()
     }
 
     /// Ends the batch of passes that the estimates of the error count by, if it is long enough.
-    fn close_batch(&mut self, mean_radius: f64) {
+    ///
+    /// The radii of the last class stand for all: indirect light, if there is any, reaches everywhere, and where caustics
+    /// are, their discs shrink alike.
+    fn close_batch(&mut self, classes: &[ClassStatistics]) {
         let Some(mut batches) = self.batches.take() else { return };
+        let mean_radius = classes.last().map_or(self.setup.radius, |class| class.radius.mean);
         batches.shrink((mean_radius / self.setup.radius).powi(2));
         if batches.is_due(self.passes) {
             let lists = self.pixel_lists();
@@ -196,14 +203,25 @@ impl<'s> Render<'s> {
         Accuracy::new(self, self.batches.as_ref()?, confidence)
     }
 
-    /// The picture of all light found so far (radiance).
+    /// The picture of all light found so far (radiance): bit for bit the sum of the layers of [`Render::layer`], in the
+    /// order of [`PathClass::ALL`].
     pub fn picture(&self) -> Image {
         develop::picture(self)
     }
 
-    /// The picture of direct light alone: seen lights and what shadow rays brought.
-    pub fn direct_picture(&self) -> Image {
-        develop::direct_picture(self)
+    /// The picture of light by one kind of path (radiance). Direct light holds the lights that are seen, too.
+    pub fn layer(&self, class: PathClass) -> Image {
+        develop::layer(self, class)
+    }
+
+    /// The kinds of paths that are simulated: those asked for that can bring any light.
+    pub fn classes(&self) -> PathClasses {
+        self.classes
+    }
+
+    /// Whether no further pass can change the picture.
+    pub fn is_finished(&self) -> bool {
+        self.collectors.is_empty() && !self.direct.is_sampled()
     }
 
     fn pixel_lists(&self) -> &PixelLists {
@@ -237,14 +255,20 @@ impl<'s> Render<'s> {
         &self.hit_points
     }
 
-    /// The progressive statistics of the hit points, in their order.
-    pub fn states(&self) -> impl ExactSizeIterator<Item = GatherState> {
-        (0..self.states.len()).map(|position| self.states.get(position))
+    /// The progressive statistics of the hit points for photons of one kind of path, in their order; none if it is not
+    /// simulated.
+    pub fn states(&self, class: PathClass) -> Vec<GatherState> {
+        let all = |c: &Collector| (0..c.states.len()).map(|position| c.state(position)).collect();
+        self.collector(class).map(all).unwrap_or_default()
     }
 
-    /// The tree over the hit points' spheres.
-    pub fn tree(&self) -> &SphereBvh {
-        &self.tree
+    /// The irradiance by all photons at the hit point at `position` (W/m²).
+    pub fn photon_irradiance(&self, position: usize) -> DVec3 {
+        self.collectors.iter().map(|c| c.state(position).irradiance(self.emitted_photons)).sum()
+    }
+
+    fn collector(&self, class: PathClass) -> Option<&Collector> {
+        self.collectors.iter().find(|collector| collector.class == class)
     }
 
     /// The normals that photons are held against.
@@ -252,23 +276,53 @@ impl<'s> Render<'s> {
         &self.facets
     }
 
-    /// Heap memory of the statistics alone, in bytes.
-    pub fn states_bytes(&self) -> usize {
-        self.states.memory_bytes()
+    /// Heap memory of statistics and trees, in bytes.
+    pub fn collectors_bytes(&self) -> usize {
+        self.collectors.iter().map(Collector::memory_bytes).sum()
     }
 
-    /// Heap memory of hit points, statistics, tree, direct light and photons, in bytes.
+    /// Heap memory of the statistics alone, in bytes.
+    pub fn states_bytes(&self) -> usize {
+        self.collectors.iter().map(|collector| collector.states.memory_bytes()).sum()
+    }
+
+    /// Heap memory of hit points, statistics, trees, direct light and photons, in bytes.
     pub fn memory_bytes(&self) -> usize {
         size_of_val(&*self.hit_points)
-            + self.states.memory_bytes()
+            + self.collectors_bytes()
             + self.pixel_lists.get().map_or(0, PixelLists::memory_bytes)
             + self.batches.as_ref().map_or(0, BatchMeans::memory_bytes)
             + self.facets.memory_bytes()
-            + self.tree.memory_bytes()
             + self.direct.memory_bytes()
             + self.photon_pass.memory_bytes()
             + size_of_val(&*self.emitted_light)
     }
+}
+
+/// Those asked for that can bring light: photons need something to light, caustics need a specular surface.
+fn classes_called_for(scene: &Scene, settings: &Settings, hit_points: &[HitPoint]) -> PathClasses {
+    match settings.planning {
+        Planning::Everything => settings.transport,
+        Planning::Derived if hit_points.is_empty() || scene.lights().is_empty() => {
+            settings.transport.and([PathClass::Direct].into_iter().collect())
+        }
+        Planning::Derived if scene.any_specular() => settings.transport,
+        Planning::Derived => settings.transport.without(PathClass::Caustic),
+    }
+}
+
+/// One for each kind of path that photons bring light by; all start from the same tree.
+fn collectors(
+    classes: PathClasses,
+    tree: SphereBvh,
+    hit_points: &[HitPoint],
+    radius: f64,
+    settings: &Settings,
+) -> Vec<Collector> {
+    let by_photons: Vec<PathClass> = classes.without(PathClass::Direct).iter().collect();
+    let trees = vec![tree; by_photons.len()];
+    let collector = |(class, tree)| Collector::new(class, tree, hit_points, radius, settings);
+    by_photons.into_iter().zip(trees).map(collector).collect()
 }
 
 fn batch_means(settings: &Settings, pixels: usize) -> Option<BatchMeans> {

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::wavefront::{Course, Wavefront};
 use super::{Ledger, Settings};
+use crate::effects::PathClass;
 use crate::math::{Ray, Rgb, Vec3};
 use crate::scene::{RayPacket, Scene};
 use crate::simd::Isa;
@@ -21,25 +22,21 @@ pub struct Photon {
     pub power: Rgb,
 }
 
-/// The photons of a chunk of paths; positions stand apart, as the gather wants them.
+/// Photons of one kind of path; positions stand apart, as the gather wants them.
 ///
 /// Bounce by bounce, and there in the order in which packets were traced.
-#[derive(Clone, Debug, Default)]
-pub struct PhotonChunk {
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Deposits {
     /// Where each photon lies.
     pub positions: Vec<Vec3>,
     /// The rest of each photon.
     pub photons: Vec<Photon>,
-    /// What became of the paths.
-    pub ledger: Ledger,
 }
 
-impl PhotonChunk {
-    /// Forgets everything but the memory.
+impl Deposits {
     fn clear(&mut self) {
         self.positions.clear();
         self.photons.clear();
-        self.ledger = Ledger::default();
     }
 
     fn memory_bytes(&self) -> usize {
@@ -47,7 +44,31 @@ impl PhotonChunk {
     }
 }
 
-/// The photons of a pass, numbered on from chunk to chunk.
+/// What a chunk of paths left behind.
+#[derive(Clone, Debug, Default)]
+pub struct PhotonChunk {
+    /// Photons that came by specular events alone.
+    pub caustic: Deposits,
+    /// Photons that bounced off a diffuse surface before.
+    pub indirect: Deposits,
+    /// What became of the paths.
+    pub ledger: Ledger,
+}
+
+impl PhotonChunk {
+    /// Forgets everything but the memory.
+    fn clear(&mut self) {
+        self.caustic.clear();
+        self.indirect.clear();
+        self.ledger = Ledger::default();
+    }
+
+    fn memory_bytes(&self) -> usize {
+        self.caustic.memory_bytes() + self.indirect.memory_bytes()
+    }
+}
+
+/// The photons of a pass.
 #[derive(Clone, Debug, Default)]
 pub struct PhotonBatch {
     /// In the order of the paths.
@@ -57,21 +78,41 @@ pub struct PhotonBatch {
 }
 
 impl PhotonBatch {
-    /// Where the photons lie, chunk by chunk.
-    pub fn positions(&self) -> Vec<&[Vec3]> {
-        self.chunks.iter().map(|chunk| chunk.positions.as_slice()).collect()
+    /// The photons of one kind of path; of direct light there are none.
+    pub fn of(&self, class: PathClass) -> Photons<'_> {
+        Photons(match class {
+            PathClass::Direct => Vec::new(),
+            PathClass::Caustic => self.chunks.iter().map(|chunk| &chunk.caustic).collect(),
+            PathClass::Indirect => self.chunks.iter().map(|chunk| &chunk.indirect).collect(),
+        })
     }
 
-    /// All photons, by their numbers.
+    /// All photons.
     pub fn photons(&self) -> impl Iterator<Item = &Photon> {
-        self.chunks.iter().flat_map(|chunk| &chunk.photons)
+        self.chunks.iter().flat_map(|chunk| chunk.caustic.photons.iter().chain(&chunk.indirect.photons))
+    }
+}
+
+/// The photons of one kind of path, numbered on from chunk to chunk.
+#[derive(Clone, Debug, Default)]
+pub struct Photons<'a>(pub(super) Vec<&'a Deposits>);
+
+impl<'a> Photons<'a> {
+    /// Where the photons lie, chunk by chunk.
+    pub fn positions(&self) -> Vec<&'a [Vec3]> {
+        self.0.iter().map(|deposits| deposits.positions.as_slice()).collect()
+    }
+
+    /// The photons, by their numbers.
+    pub fn iter(&self) -> impl Iterator<Item = &'a Photon> {
+        self.0.iter().flat_map(|deposits| &deposits.photons)
     }
 
     /// The photons of these numbers, which increase.
     pub(super) fn pick(&self, mut numbers: &[u32]) -> Vec<Photon> {
         let mut picked = Vec::with_capacity(numbers.len());
         let mut first = 0;
-        for PhotonChunk { photons, .. } in &self.chunks {
+        for Deposits { photons, .. } in &self.0 {
             let end = first + photons.len();
             let (here, later) = numbers.split_at(numbers.partition_point(|&number| (number as usize) < end));
             picked.extend(here.iter().map(|&number| photons[number as usize - first]));
@@ -92,12 +133,12 @@ pub struct PhotonPass {
 }
 
 impl PhotonPass {
-    /// Emits `settings.photons` photons and follows each to its end.
+    /// Emits `settings.photons` photons and follows each to its end; those of `settings.transport` are stored.
     ///
     /// Path `i` draws from the generator keyed by (seed, pass, i), and chunks of paths are of a fixed size: the result
     /// depends on no thread.
     pub fn trace(&mut self, scene: &Scene, settings: &Settings, pass: u32) -> &PhotonBatch {
-        let course = Course { isa: Isa::best(), scene, settings, pass };
+        let course = course(scene, settings, pass);
         let PhotonBatch { chunks, ledger } = &mut self.batch;
         chunks.resize_with(chunk_count(scene, settings), PhotonChunk::default);
         chunks.par_iter_mut().enumerate().for_each_init(Wavefront::default, |wavefront, (number, chunk)| {
@@ -105,6 +146,12 @@ impl PhotonPass {
             wavefront.follow(&course, paths_of(number, settings), chunk, |_| ());
         });
         *ledger = chunks.iter().fold(Ledger::default(), |sum, chunk| sum.plus(chunk.ledger));
+        &self.batch
+    }
+
+    /// A pass without photons.
+    pub(super) fn skip(&mut self) -> &PhotonBatch {
+        self.batch = PhotonBatch::default();
         &self.batch
     }
 
@@ -116,7 +163,7 @@ impl PhotonPass {
 
 /// The rays that [`PhotonPass::trace`] sends through the scene, in the order in which it traces them.
 pub fn record_rays(scene: &Scene, settings: &Settings, pass: u32) -> Vec<Ray> {
-    let course = Course { isa: Isa::best(), scene, settings, pass };
+    let course = course(scene, settings, pass);
     let rays_of = |chunk: usize| {
         let (mut rays, mut photons) = (Vec::new(), PhotonChunk::default());
         let see = |packet: &RayPacket| rays.extend((0..packet.len).map(|lane| packet.ray(lane)));
@@ -125,6 +172,10 @@ pub fn record_rays(scene: &Scene, settings: &Settings, pass: u32) -> Vec<Ray> {
     };
     let recorded: Vec<Vec<Ray>> = (0..chunk_count(scene, settings)).into_par_iter().map(rays_of).collect();
     recorded.concat()
+}
+
+fn course<'a>(scene: &'a Scene, settings: &'a Settings, pass: u32) -> Course<'a> {
+    Course { isa: Isa::best(), scene, settings, pass, casters: scene.any_specular() }
 }
 
 fn chunk_count(scene: &Scene, settings: &Settings) -> usize {

@@ -6,8 +6,10 @@ use serde::{Deserialize, Serialize};
 
 use super::Render;
 use super::accuracy::BatchMeans;
+use super::collector::Collector;
 use super::direct::Sampled;
 use super::statistic::Statistics;
+use crate::effects::PathClass;
 
 /// The progress of a [`Render`], to be kept and given to another one of the same scene and settings.
 ///
@@ -16,11 +18,36 @@ use super::statistic::Statistics;
 pub struct RenderState<'a> {
     passes: u32,
     emitted_photons: u64,
+    classes: Vec<ClassState<'a>>,
+    direct: Cow<'a, Sampled>,
+    batches: Option<Cow<'a, BatchMeans>>,
+}
+
+/// What one kind of path brought.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct ClassState<'a> {
+    class: PathClass,
     statistics: Cow<'a, Statistics>,
     /// As the tree has them: f64 radii rounded, except where no photon came yet.
     radii: Cow<'a, [f32]>,
-    direct: Cow<'a, Sampled>,
-    batches: Option<Cow<'a, BatchMeans>>,
+}
+
+impl<'a> ClassState<'a> {
+    fn of(collector: &'a Collector) -> ClassState<'a> {
+        ClassState {
+            class: collector.class,
+            statistics: Cow::Borrowed(&collector.states),
+            radii: Cow::Borrowed(collector.tree.radii()),
+        }
+    }
+
+    fn fits(&self, collector: &Collector) -> bool {
+        let radii = self.radii.iter().all(|radius| (0.0..f32::INFINITY).contains(radius));
+        self.class == collector.class
+            && collector.states.is_like(&self.statistics)
+            && self.radii.len() == collector.states.len()
+            && radii
+    }
 }
 
 impl RenderState<'_> {
@@ -56,8 +83,7 @@ impl Render<'_> {
         RenderState {
             passes: self.passes,
             emitted_photons: self.emitted_photons,
-            statistics: Cow::Borrowed(&self.states),
-            radii: Cow::Borrowed(self.tree.radii()),
+            classes: self.collectors.iter().map(ClassState::of).collect(),
             direct: Cow::Borrowed(self.direct.sampled()),
             batches: self.batches.as_ref().map(Cow::Borrowed),
         }
@@ -71,8 +97,10 @@ impl Render<'_> {
         self.check(&state)?;
         self.passes = state.passes;
         self.emitted_photons = state.emitted_photons;
-        self.states = state.statistics.into_owned();
-        self.tree.refit(|position| state.radii[position]);
+        for (collector, class) in self.collectors.iter_mut().zip(state.classes) {
+            collector.states = class.statistics.into_owned();
+            collector.tree.refit(|position| class.radii[position]);
+        }
         self.direct.set_sampled(state.direct.into_owned());
         self.batches = state.batches.map(Cow::into_owned);
         Ok(())
@@ -84,10 +112,10 @@ impl Render<'_> {
             (Some(ours), Some(theirs)) => ours.is_like(theirs) && theirs.passes() <= state.passes,
             _ => false,
         };
-        let radii = state.radii.iter().all(|radius| (0.0..f32::INFINITY).contains(radius));
+        let fits = |(ours, theirs): (&Collector, &ClassState)| theirs.fits(ours);
         let parts = [
-            ("hit points", self.states.is_like(&state.statistics)),
-            ("radii", state.radii.len() == self.states.len() && radii),
+            ("kinds of light", self.collectors.len() == state.classes.len()),
+            ("hit points", self.collectors.iter().zip(&state.classes).all(fits)),
             ("samples of area lights", self.direct.sampled().is_like(&state.direct)),
             ("passes", state.direct.passes == state.passes.max(1)),
             ("estimates of the error", batches),
@@ -122,7 +150,7 @@ mod tests {
 
     fn layers(render: &Render) -> Vec<Image> {
         let layers = render.accuracy(0.9).unwrap().layers().unwrap();
-        vec![render.picture(), render.direct_picture(), layers.stderr, layers.bias, layers.radius]
+        vec![render.picture(), render.layer(PathClass::Direct), layers.stderr, layers.bias, layers.radius]
     }
 
     /// The bits of `a`, since unknown errors are NaN.
@@ -146,7 +174,9 @@ mod tests {
                 let bytes = postcard::to_stdvec(&first.state()).unwrap();
                 let mut second = Render::new(&scene, settings);
                 second.restore(postcard::from_bytes(&bytes).unwrap()).unwrap();
-                assert!(second.tree().nodes() == first.tree().nodes(), "{policy} {precision:?}");
+                for (second, first) in second.collectors.iter().zip(&first.collectors) {
+                    assert!(second.tree.nodes() == first.tree.nodes(), "{policy} {precision:?}");
+                }
                 for _ in 0..4 {
                     second.pass();
                 }
@@ -179,7 +209,8 @@ mod tests {
         let other = Render::new(&scene, ours);
         let skipping = RenderState { passes: 5, ..other.state() };
         assert_eq!(render.restore(skipping).unwrap_err().part, "passes");
-        let radii = Cow::Owned(vec![f32::NAN; other.states.len()]);
-        assert_eq!(render.restore(RenderState { radii, ..other.state() }).unwrap_err().part, "radii");
+        let mut state = other.state();
+        state.classes[0].radii = Cow::Owned(vec![f32::NAN; other.hit_points.len()]);
+        assert_eq!(render.restore(state).unwrap_err().part, "hit points");
     }
 }

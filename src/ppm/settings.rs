@@ -1,5 +1,6 @@
 use super::{Precision, RadiusPolicy};
 use crate::bsdf::DiffuseSampling;
+use crate::effects::PathClasses;
 use crate::scene::RenderDesc;
 
 /// What a render keeps statistics of, for [`Render::accuracy`](super::Render::accuracy).
@@ -12,6 +13,16 @@ pub enum ErrorEstimates {
     Picture,
     /// Every pixel, 96 bytes each.
     Pixels,
+}
+
+/// Who decides what is simulated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Planning {
+    /// The scene: what provably brings no light is left out.
+    #[default]
+    Derived,
+    /// Nobody: all that was asked for is simulated, to hold the plan against.
+    Everything,
 }
 
 /// What governs a render, beside the scene.
@@ -39,6 +50,10 @@ pub struct Settings {
     pub eye_seed: Option<u64>,
     /// What is to be known of the error.
     pub error_estimates: ErrorEstimates,
+    /// The kinds of paths that are asked for.
+    pub transport: PathClasses,
+    /// Who decides which of them are simulated.
+    pub planning: Planning,
 }
 
 impl Settings {
@@ -62,6 +77,8 @@ impl Settings {
             seed: 0,
             eye_seed: None,
             error_estimates: ErrorEstimates::None,
+            transport: PathClasses::ALL,
+            planning: Planning::Derived,
         }
     }
 }

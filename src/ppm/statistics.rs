@@ -5,7 +5,8 @@ use std::time::Instant;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::{Found, Ledger, Render};
+use super::{Ledger, Render};
+use crate::effects::PathClass;
 
 /// What the set-up of a render found and took.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -61,8 +62,21 @@ pub struct RadiusRange {
     pub floored: u64,
 }
 
-/// What a pass did.
+/// What a pass brought by one kind of path.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ClassStatistics {
+    /// The kind of path.
+    pub class: PathClass,
+    /// Photons added to hit points, counted once for each hit point.
+    pub gathered: u64,
+    /// Photons within a radius, but on another side than the one that is seen.
+    pub rejected_by_side: u64,
+    /// Radii after the pass.
+    pub radius: RadiusRange,
+}
+
+/// What a pass did.
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PassStatistics {
     /// Number of the pass, from 1.
     pub pass: u32,
@@ -80,8 +94,10 @@ pub struct PassStatistics {
     pub rejected_by_side: u64,
     /// Photons emitted so far.
     pub emitted_in_all: u64,
-    /// Radii after the pass.
+    /// Radii after the pass, of all kinds of paths.
     pub radius: RadiusRange,
+    /// Each kind of path that photons bring light by.
+    pub classes: Vec<ClassStatistics>,
     /// Heap memory of hit points, statistics and tree, in bytes.
     pub memory_bytes: u64,
 }
@@ -114,6 +130,12 @@ impl RadiusRange {
         let all = chunks.iter().copied().reduce(combine).unwrap_or_default();
         RadiusRange { mean: all.mean / radii.len() as f64, ..all }
     }
+
+    /// Of classes that have as many radii.
+    fn of_all(classes: &[ClassStatistics]) -> RadiusRange {
+        let all = classes.iter().map(|class| class.radius).reduce(combine).unwrap_or_default();
+        RadiusRange { mean: all.mean / classes.len().max(1) as f64, ..all }
+    }
 }
 
 /// Of one chunk, with the sum in place of the mean.
@@ -125,7 +147,12 @@ fn range_and_sum(radii: &[f32]) -> RadiusRange {
 }
 
 fn combine(a: RadiusRange, b: RadiusRange) -> RadiusRange {
-    RadiusRange { min: a.min.min(b.min), mean: a.mean + b.mean, max: a.max.max(b.max), floored: 0 }
+    RadiusRange {
+        min: a.min.min(b.min),
+        mean: a.mean + b.mean,
+        max: a.max.max(b.max),
+        floored: a.floored + b.floored,
+    }
 }
 
 impl Render<'_> {
@@ -133,9 +160,8 @@ impl Render<'_> {
         &self,
         phases: PhaseSeconds,
         photons: Ledger,
-        found: Found,
+        classes: Vec<ClassStatistics>,
         shadow_rays: u64,
-        radius: RadiusRange,
     ) -> PassStatistics {
         PassStatistics {
             pass: self.passes,
@@ -143,10 +169,11 @@ impl Render<'_> {
             phases,
             rays: photons.rays + shadow_rays,
             photons,
-            gathered: found.accepted,
-            rejected_by_side: found.rejected,
+            gathered: classes.iter().map(|class| class.gathered).sum(),
+            rejected_by_side: classes.iter().map(|class| class.rejected_by_side).sum(),
             emitted_in_all: self.emitted_photons,
-            radius,
+            radius: RadiusRange::of_all(&classes),
+            classes,
             memory_bytes: self.memory_bytes() as u64,
         }
     }

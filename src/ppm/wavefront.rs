@@ -7,9 +7,10 @@ use super::draws::Draws;
 use super::emission::Emission;
 use super::flights::{FlightPacket, Flights, at};
 use super::lane_flux::{LaneFlux, PowerOf};
-use super::photon_pass::PhotonChunk;
+use super::photon_pass::{Deposits, PhotonChunk};
 use super::{FluxLedger, Photon, Settings};
 use crate::bsdf::{Choice, DiffuseSampling, Event, Scattering, SpecularLobe, Transport, sample_diffuse};
+use crate::effects::PathClass;
 use crate::math::{DVec3, Frame, Ray, Rgb, Rng, Vec3};
 use crate::scene::{Coherence, HitPacket, RayPacket, Scene, SurfaceHit, SurfacePacket};
 use crate::simd::{Isa, LANES, Mask, first_lanes};
@@ -29,6 +30,37 @@ pub(super) struct Wavefront {
     /// The flights, in the order of their rays.
     order: Vec<u32>,
     packet: Packet,
+    pasts: Pasts,
+}
+
+/// By the numbers of the paths, whether nothing but specular events lies behind each: then its photon makes a caustic.
+/// Empty where no surface is specular.
+#[derive(Debug, Default)]
+struct Pasts {
+    specular: Vec<bool>,
+}
+
+impl Pasts {
+    fn begin(&mut self, paths: usize) {
+        self.specular.clear();
+        self.specular.resize(paths, true);
+    }
+
+    /// Who of a packet has such a past.
+    fn specular(&self, photons: &FlightPacket) -> Mask {
+        if self.specular.is_empty() {
+            return 0;
+        }
+        let lanes = photons.path.iter().enumerate().take(photons.rays.len);
+        lanes.fold(0, |mask, (lane, &path)| mask | Mask::from(self.specular[path as usize]) << lane)
+    }
+
+    /// Notes a diffuse bounce.
+    fn bounce(&mut self, photons: &FlightPacket, lanes: Mask) {
+        if !self.specular.is_empty() {
+            bits(lanes).for_each(|lane| self.specular[photons.path[lane] as usize] = false);
+        }
+    }
 }
 
 /// Sixteen photons, and what they meet.
@@ -38,6 +70,8 @@ struct Packet {
     hits: HitPacket,
     surfaces: SurfacePacket,
     specials: Specials,
+    /// Whose past is specular.
+    caustic: Mask,
     /// Of all packets of a chunk.
     flux: LaneFlux,
 }
@@ -49,6 +83,7 @@ impl Default for Packet {
             hits: HitPacket::none(),
             surfaces: SurfacePacket::NONE,
             specials: Specials::NONE,
+            caustic: 0,
             flux: LaneFlux::ZERO,
         }
     }
@@ -61,6 +96,8 @@ pub(super) struct Course<'a> {
     pub scene: &'a Scene,
     pub settings: &'a Settings,
     pub pass: u32,
+    /// Whether any surface is specular, so that photons need a past.
+    pub casters: bool,
 }
 
 impl Wavefront {
@@ -89,9 +126,10 @@ impl Wavefront {
 
     fn emit(&mut self, course: &Course, paths: Range<u64>, draws: Draws, chunk: &mut PhotonChunk) {
         let count = (paths.end - paths.start) as usize;
-        let Wavefront { flights, next, .. } = self;
+        let Wavefront { flights, next, pasts, .. } = self;
         flights.make_room(count);
         next.make_room(count);
+        pasts.begin(if course.casters { count } else { 0 });
         for first in (0..count).step_by(LANES) {
             let (lights, mask) = (course.scene.lights(), first_lanes(count - first));
             let emission = Emission { lights, draws, first: first as u32, mask, flights };
@@ -117,7 +155,7 @@ impl Wavefront {
         chunk: &mut PhotonChunk,
         see: &mut impl FnMut(&RayPacket),
     ) {
-        let Wavefront { flights, next, order, packet } = self;
+        let Wavefront { flights, next, order, packet, pasts } = self;
         let small = course.scene.primitives() <= SMALL_SCENE;
         let coherence = if small { Coherence::Coherent } else { Coherence::Incoherent };
         next.clear();
@@ -126,8 +164,7 @@ impl Wavefront {
             flights.pack(places, &mut packet.photons);
             see(&packet.photons.rays);
             packet.trace(course, coherence);
-            packet.bounce_special(course, draws, &mut chunk.ledger.flux);
-            packet.bounce(course, draws, chunk, next);
+            packet.arrive(course, draws, pasts, chunk, next);
         }
         std::mem::swap(flights, next);
         chunk.ledger.flux.fly_on(self.power(course));
@@ -145,8 +182,23 @@ impl Packet {
         }
     }
 
+    /// Stores the photons that arrived, and sends them on.
+    fn arrive(
+        &mut self,
+        course: &Course,
+        draws: Draws,
+        pasts: &mut Pasts,
+        chunk: &mut PhotonChunk,
+        next: &mut Flights,
+    ) {
+        self.caustic = pasts.specular(&self.photons);
+        self.bounce_special(course, draws, pasts, &mut chunk.ledger.flux);
+        self.bounce(course, draws, chunk, next);
+        pasts.bounce(&self.photons, self.surfaces.lambertian);
+    }
+
     /// Sends photons on, one by one, from surfaces that are not Lambertian.
-    fn bounce_special(&mut self, course: &Course, draws: Draws, flux: &mut FluxLedger) {
+    fn bounce_special(&mut self, course: &Course, draws: Draws, pasts: &mut Pasts, flux: &mut FluxLedger) {
         let Packet { photons, hits, surfaces, specials, .. } = self;
         specials.clear();
         for lane in bits(surfaces.found & !surfaces.lambertian) {
@@ -156,6 +208,9 @@ impl Packet {
             flux.send_on(power, scattering.specular().map(SpecularLobe::weight).sum());
             let Some(onward) = go_on(&hit, &scattering, course.settings, &mut rng) else { continue };
             flux.correct(power * onward.factor * (onward.correction - 1.0));
+            if onward.event == Event::Diffuse {
+                pasts.bounce(photons, 1 << lane);
+            }
             if let Some(ray) = onward.ray {
                 specials.set(lane, &ray, power * (onward.factor * onward.correction));
             }
@@ -164,11 +219,17 @@ impl Packet {
 
     /// Stores the photons, and sends them on from Lambertian surfaces.
     fn bounce(&mut self, course: &Course, draws: Draws, chunk: &mut PhotonChunk, next: &mut Flights) {
-        let Packet { photons, surfaces, specials, flux, .. } = self;
+        let Packet { photons, surfaces, specials, caustic, flux, .. } = self;
         let bounce = DiffuseBounce { photons, surfaces, draws, specials, next, flux };
         let Bounced { arrivals, survivors, dark, lost } = course.isa.run(bounce);
         if !draws.is_first_flight() {
-            deposit(chunk, photons, surfaces, &arrivals);
+            if course.settings.transport.contains(PathClass::Caustic) {
+                deposit(&mut chunk.caustic, arrivals.diffuse & *caustic, photons, surfaces, &arrivals);
+            }
+            if course.settings.transport.contains(PathClass::Indirect) {
+                deposit(&mut chunk.indirect, arrivals.diffuse & !*caustic, photons, surfaces, &arrivals);
+            }
+            chunk.ledger.deposited += u64::from(arrivals.diffuse.count_ones());
         }
         let (rays, found) = (photons.rays.len as u64, u64::from(surfaces.found.count_ones()));
         let ledger = &mut chunk.ledger;
@@ -193,22 +254,28 @@ fn bits(mut mask: Mask) -> impl Iterator<Item = usize> {
 ///
 /// Only light straight from its source is left out, since shadow rays bring that: light that was mirrored or
 /// refracted on its way (water is opaque to shadow rays) is a caustic and stays.
-fn deposit(chunk: &mut PhotonChunk, photons: &FlightPacket, surfaces: &SurfacePacket, arrivals: &Arrivals) {
+fn deposit(
+    to: &mut Deposits,
+    who: Mask,
+    photons: &FlightPacket,
+    surfaces: &SurfacePacket,
+    arrivals: &Arrivals,
+) {
     let (mut lanes, mut count) = ([0; LANES], 0);
-    for lane in bits(arrivals.diffuse) {
+    for lane in bits(who) {
         lanes[count] = lane;
         count += 1;
     }
     let lanes = &lanes[..count];
     let photon =
         |lane| Photon { wi: at(&arrivals.wo, lane), ng: at(&arrivals.ng, lane), power: photons.power(lane) };
-    chunk.positions.extend(lanes.iter().map(|&lane| at(&surfaces.p, lane % LANES)));
-    chunk.photons.extend(lanes.iter().map(|&lane| photon(lane % LANES)));
-    chunk.ledger.deposited += count as u64;
+    to.positions.extend(lanes.iter().map(|&lane| at(&surfaces.p, lane % LANES)));
+    to.photons.extend(lanes.iter().map(|&lane| photon(lane % LANES)));
 }
 
 /// How a photon goes on.
 struct Onward {
+    event: Event,
     /// `None` where a shading normal bends it to the wrong side of the true surface.
     ray: Option<Ray>,
     /// On its power.
@@ -228,7 +295,7 @@ fn go_on(hit: &SurfaceHit, scattering: &Scattering, settings: &Settings, rng: &m
     };
     let ray = hit.continue_along(event, dir);
     let correction = if ray.is_some() { hit.adjoint_correction(event, dir) } else { 0.0 };
-    Some(Onward { ray, factor, correction })
+    Some(Onward { event, ray, factor, correction })
 }
 
 #[cfg(test)]
@@ -260,7 +327,7 @@ mod tests {
 
     fn assert_same(a: &PhotonChunk, b: &PhotonChunk, what: impl std::fmt::Display) {
         assert_eq!(a.ledger, b.ledger, "{what}");
-        assert!(a.positions == b.positions && a.photons == b.photons, "{what}: other photons");
+        assert!(a.caustic == b.caustic && a.indirect == b.indirect, "{what}: other photons");
     }
 
     #[test]
@@ -268,9 +335,9 @@ mod tests {
         for scene in scenes() {
             for sampling in [DiffuseSampling::Cosine, DiffuseSampling::Uniform] {
                 let settings = Settings { sampling, ..Settings::of_scene(scene.render()) };
-                let course = |isa| Course { isa, scene: &scene, settings: &settings, pass: 2 };
+                let course = |isa| Course { isa, scene: &scene, settings: &settings, pass: 2, casters: true };
                 let expected = followed(&course(Isa::portable()));
-                assert!(expected.photons.len() > 1000 && expected.ledger.is_balanced());
+                assert!(expected.indirect.photons.len() > 1000 && expected.ledger.is_balanced());
                 Isa::available().for_each(|isa| assert_same(&followed(&course(isa)), &expected, isa));
             }
         }
@@ -283,15 +350,14 @@ mod tests {
         wavefront.emit(course, 0..PATHS, draws(0), &mut chunk);
         let mut onward = Vec::new();
         for segment in 1..4 {
-            let Wavefront { flights, next, order, packet } = &mut wavefront;
+            let Wavefront { flights, next, order, packet, pasts } = &mut wavefront;
             flights.by_octant(order);
             for places in order.chunks(LANES) {
                 flights.pack(places, &mut packet.photons);
                 onward.push(packet.photons.to_bits());
                 packet.trace(course, Coherence::Coherent);
                 packet.surfaces.lambertian &= if in_lanes { Mask::MAX } else { 0 };
-                packet.bounce_special(course, draws(segment), &mut chunk.ledger.flux);
-                packet.bounce(course, draws(segment), &mut chunk, next);
+                packet.arrive(course, draws(segment), pasts, &mut chunk, next);
             }
             std::mem::swap(flights, next);
             next.clear();
@@ -305,7 +371,7 @@ mod tests {
         for scene in scenes() {
             let settings = Settings::of_scene(scene.render());
             for isa in Isa::available() {
-                let course = Course { isa, scene: &scene, settings: &settings, pass: 0 };
+                let course = Course { isa, scene: &scene, settings: &settings, pass: 0, casters: true };
                 let ((flights, chunk), (expected, expected_chunk)) =
                     (bounced(&course, true), bounced(&course, false));
                 assert!(flights.len() > 100 && flights == expected, "{isa}");

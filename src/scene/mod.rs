@@ -135,6 +135,11 @@ impl Scene {
         &self.materials
     }
 
+    /// Whether any surface mirrors or refracts.
+    pub fn any_specular(&self) -> bool {
+        self.materials.iter().any(|material| material.bsdf.is_specular())
+    }
+
     /// The lights with power.
     pub fn lights(&self) -> &Lights {
         &self.lights

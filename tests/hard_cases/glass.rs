@@ -136,9 +136,8 @@ fn axis(light: Vec3, receiver_height: f32, up: bool) -> SceneDesc {
 fn assert_photon_irradiance(desc: &SceneDesc, expected: f64) {
     for scene in by_both_traversals(desc) {
         let (render, _) = rendered(&scene, Settings::of_scene(scene.render()));
-        let emitted = render.emitted_photons();
-        let sum: DVec3 = render.states().map(|s| s.irradiance(emitted)).sum();
-        let found = sum.x / render.states().len() as f64;
+        let sum: DVec3 = (0..render.hit_points().len()).map(|k| render.photon_irradiance(k)).sum();
+        let found = sum.x / render.hit_points().len() as f64;
         assert!((found / expected - 1.0).abs() < 0.03, "{found} instead of {expected}");
     }
 }

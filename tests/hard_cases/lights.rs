@@ -4,6 +4,7 @@ use std::fs;
 
 use assert_cmd::Command;
 use caustica::bsdf::{Bsdf, DiffuseSampling};
+use caustica::effects::PathClass;
 use caustica::film::Image;
 use caustica::light::{Light, Lights};
 use caustica::math::{DVec3, Rgb, Rng, Stream, Vec3};
@@ -19,8 +20,8 @@ fn settings(desc: &SceneDesc) -> Settings {
 /// Pictures by both traversals, with the last pass of each.
 fn pictures(desc: &SceneDesc) -> [(Image, PassStatistics); 2] {
     by_both_traversals(desc).map(|scene| {
-        let (render, passes) = rendered(&scene, settings(desc));
-        (render.picture(), *passes.last().unwrap())
+        let (render, mut passes) = rendered(&scene, settings(desc));
+        (render.picture(), passes.pop().unwrap())
     })
 }
 
@@ -183,7 +184,7 @@ fn point_light_on_the_floor_lights_the_ceiling() {
         by_both_traversals(&desc).map(|scene| {
             let (render, passes) = rendered(&scene, settings(&desc));
             assert!(render.picture().pixels().iter().all(|p| p.is_finite()));
-            (mean(&render.direct_picture()), passes[0].photons.flux)
+            (mean(&render.layer(PathClass::Direct)), passes[0].photons.flux)
         })
     };
     for ((on, flux), (above, _)) in lit_from(-1.0).into_iter().zip(lit_from(-0.998)) {

@@ -2,6 +2,7 @@
 
 use caustica::bsdf::DiffuseSampling;
 use caustica::compare::Metrics;
+use caustica::effects::PathClass;
 use caustica::film::Image;
 use caustica::math::Vec3;
 use caustica::ppm::{Render, Settings};
@@ -92,7 +93,8 @@ fn radii_do_not_shrink_below_the_grid_of_coordinates() {
         let mut render = Render::new(&scene, Settings::of_scene(scene.render()));
         let pass = render.pass();
         assert_eq!(pass.radius.floored, render.hit_points().len() as u64);
-        let smallest = render.states().map(|s| s.radius()).fold(f64::INFINITY, f64::min);
+        let smallest =
+            render.states(PathClass::Indirect).iter().map(|s| s.radius()).fold(f64::INFINITY, f64::min);
         assert!(smallest >= 4.0 * 0.0625, "{smallest}");
         assert_eq!(render.picture().count_non_finite(), 0);
     }

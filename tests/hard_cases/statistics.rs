@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use caustica::bsdf::Bsdf;
+use caustica::effects::PathClass;
 use caustica::math::{DVec3, PowerLaw, Rgb, Vec3};
 use caustica::ppm::{GatherState, PassSum, RadiusPolicy, Render, Settings};
 use caustica::scene::{Material, Scene, SceneDesc};
@@ -105,7 +106,7 @@ fn radii_of_a_schedule_follow_the_product() {
         (0..PASSES).for_each(|_| {
             render.pass();
         });
-        let state = render.states().next().unwrap();
+        let state = render.states(PathClass::Indirect)[0];
         let relative = state.radius2 / expected - 1.0;
         assert!(relative.abs() < 1e-9, "{policy}: off by {relative}");
     }
@@ -126,7 +127,8 @@ fn hit_points_without_photons_stay_as_they_are() {
     for scene in by_both_traversals(&desc) {
         for policy in POLICIES {
             let (render, passes) = rendered(&scene, Settings { policy, ..Settings::of_scene(&desc.render) });
-            let unmet = render.states().filter(|state| state.photons == 0.0).collect::<Vec<_>>();
+            let states = render.states(PathClass::Indirect);
+            let unmet = states.iter().filter(|state| state.photons == 0.0).collect::<Vec<_>>();
             assert!(unmet.len() > 1000 && passes[0].gathered > 0, "{policy}: {} unmet", unmet.len());
             assert!(unmet.iter().all(|state| state.flux == DVec3::ZERO && state.radius2 > 0.0));
             let keeps_radius = policy != RadiusPolicy::Shared;
@@ -176,8 +178,9 @@ fn passes_without_any_photon_change_nothing() {
                 let (render, passes) =
                     rendered(&scene, Settings { policy, ..Settings::of_scene(&desc.render) });
                 assert_eq!(passes[1].photons.deposited, 0);
-                assert!(render.states().len() > 0 && render.states().all(|s| s == GatherState::new(0.05)));
-                assert_eq!(render.picture(), render.direct_picture());
+                let states = render.states(PathClass::Indirect);
+                assert!(!states.is_empty() && states.iter().all(|s| *s == GatherState::new(0.05)));
+                assert_eq!(render.picture(), render.layer(PathClass::Direct));
             }
         }
     }
@@ -281,12 +284,8 @@ impl Experiment {
 }
 
 fn relative_errors(render: &Render) -> Vec<f64> {
-    let emitted = render.emitted_photons();
-    let points = render.hit_points().iter().map(|h| h.receiver.p);
-    points
-        .zip(render.states())
-        .map(|(p, state)| state.irradiance(emitted).x / exact_irradiance(p) - 1.0)
-        .collect()
+    let points = render.hit_points().iter().map(|h| h.receiver.p).enumerate();
+    points.map(|(k, p)| render.photon_irradiance(k).x / exact_irradiance(p) - 1.0).collect()
 }
 
 /// `from`, twice as much, four times ... up to `to`.

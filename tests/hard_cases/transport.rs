@@ -1,6 +1,7 @@
 //! Photons on their way: what is dropped, what is stored where, and whom it reaches.
 
 use caustica::bsdf::{Bsdf, DiffuseSampling};
+use caustica::effects::PathClass;
 use caustica::math::{Rgb, Vec3};
 use caustica::ppm::{Ledger, PassStatistics, PhotonPass, Render, Settings};
 use caustica::scene::{Mesh, PointLightDesc, SceneDesc, SphereDesc};
@@ -168,7 +169,8 @@ fn assert_nothing_is_counted(desc: &SceneDesc) {
         let (render, passes) = rendered(&scene, settings);
         let found = |pass: &PassStatistics| (pass.gathered, pass.rejected_by_side > 1000);
         assert!(passes.iter().all(|pass| found(pass) == (0, true)), "{passes:?}");
-        assert!(render.states().all(|state| state.radius2 == 0.25 && state.photons == 0.0));
+        let mut states = PathClass::ALL.into_iter().flat_map(|class| render.states(class));
+        assert!(states.all(|state| state.radius2 == 0.25 && state.photons == 0.0));
     }
 }
 

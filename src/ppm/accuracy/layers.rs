@@ -1,4 +1,5 @@
 use super::super::Render;
+use super::super::collector::Collector;
 use super::super::develop::image;
 use super::PixelError;
 use crate::film::Image;
@@ -15,7 +16,7 @@ pub struct Layers {
     pub bound: Image,
     /// Photons that a pixel rests on, the same in all channels.
     pub photons: Image,
-    /// Mean gather radius of a pixel's hit points in scene units, the same in all channels; 0 where there is none.
+    /// Mean gather radius of a pixel's hit points and all kinds of paths in scene units, the same in all channels; 0 where there is none.
     pub radius: Image,
 }
 
@@ -33,6 +34,9 @@ impl Layers {
 
 fn mean_radius(render: &Render, pixel: usize) -> f64 {
     let seen = render.pixel_lists().of(pixel);
-    let sum: f64 = seen.iter().map(|seen| render.states.get(seen.position as usize).radius()).sum();
-    sum / seen.len().max(1) as f64
+    let radii = |collector: &'_ Collector| -> f64 {
+        seen.iter().map(|seen| collector.state(seen.position as usize).radius()).sum()
+    };
+    let sum: f64 = render.collectors.iter().map(radii).sum();
+    sum / (seen.len() * render.collectors.len()).max(1) as f64
 }

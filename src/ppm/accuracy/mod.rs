@@ -157,7 +157,9 @@ impl<'a> Accuracy<'a> {
 
     fn photons(&self, pixel: usize) -> f64 {
         let seen = self.render.pixel_lists().of(pixel).iter();
-        seen.map(|seen| self.render.states.get(seen.position as usize).photons).sum()
+        let at =
+            |position| self.render.collectors.iter().map(move |c| c.state(position).photons).sum::<f64>();
+        seen.map(|seen| at(seen.position as usize)).sum()
     }
 
     /// Where radii stay as they are, blur cannot be told from light, unless discs are tested for it.

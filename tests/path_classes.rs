@@ -1,0 +1,68 @@
+//! Direct light, caustics and indirect light: apart and together.
+
+mod common;
+
+use caustica::effects::{PathClass, PathClasses};
+use caustica::film::Image;
+use caustica::math::{Rgb, mean};
+use caustica::ppm::{Planning, Render, Settings};
+use caustica::scene::Scene;
+use common::{scene_at, settings};
+
+/// Glass and a mirror; waves over two balls; nothing specular.
+const SCENES: [&str; 3] = ["cornell_b.toml", "course_water.toml", "course_diffuse.toml"];
+
+fn scenes() -> impl Iterator<Item = Scene> {
+    SCENES.into_iter().map(|name| scene_at(name, 48, 40))
+}
+
+fn rendered<'s>(scene: &'s Scene, transport: PathClasses, planning: Planning) -> Render<'s> {
+    let settings = Settings { transport, planning, photons: 20_000, ..settings(scene) };
+    let mut render = Render::new(scene, settings);
+    (0..3).for_each(|_| assert!(render.pass().photons.is_balanced()));
+    render
+}
+
+fn only(class: PathClass) -> PathClasses {
+    [class].into_iter().collect()
+}
+
+fn total(image: &Image) -> f64 {
+    image.pixels().iter().map(|&p| f64::from(mean(p))).sum()
+}
+
+/// Bit for bit.
+#[test]
+fn layers_add_up_to_the_picture() {
+    for scene in scenes() {
+        let render = rendered(&scene, PathClasses::ALL, Planning::Derived);
+        let layers = PathClass::ALL.map(|class| render.layer(class));
+        for (k, pixel) in render.picture().pixels().iter().enumerate() {
+            let sum: Rgb = layers.iter().map(|layer| layer.pixels()[k]).sum();
+            assert_eq!(sum, *pixel);
+        }
+    }
+}
+
+/// Each kind has photons, radii and statistics of its own: whether others are simulated makes no bit of difference.
+#[test]
+fn kinds_do_not_know_of_each_other() {
+    for scene in scenes() {
+        let all = rendered(&scene, PathClasses::ALL, Planning::Derived);
+        for class in PathClass::ALL {
+            let alone = rendered(&scene, only(class), Planning::Derived);
+            assert_eq!(alone.picture(), all.layer(class), "{class}");
+            assert_eq!(alone.states(class), all.states(class));
+        }
+    }
+}
+
+#[test]
+fn glass_and_water_make_caustics_and_walls_do_not() {
+    let caustic = |scene: &Scene| {
+        let render = rendered(scene, PathClasses::ALL, Planning::Everything);
+        total(&render.layer(PathClass::Caustic)) / total(&render.picture())
+    };
+    let [glass, water, walls] = SCENES.map(|name| caustic(&scene_at(name, 48, 40)));
+    assert!(glass > 0.005 && water > 0.05 && walls == 0.0, "{glass} {water} {walls}");
+}
