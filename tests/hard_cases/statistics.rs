@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use caustica::bsdf::Bsdf;
 use caustica::effects::PathClass;
 use caustica::math::{DVec3, PowerLaw, Rgb, Vec3};
-use caustica::ppm::{GatherState, PassSum, RadiusPolicy, Render, Settings};
+use caustica::ppm::{GatherState, PassSum, Planning, RadiusPolicy, Render, Settings};
 use caustica::scene::{Material, Scene, SceneDesc};
 use rayon::prelude::*;
 use statrs::function::gamma::ln_gamma;
@@ -83,7 +83,9 @@ fn dark_pixel(policy: RadiusPolicy, alpha: f64) -> (SceneDesc, Settings) {
     let mut desc = lit_box();
     desc.point_lights.clear();
     (desc.film.width, desc.film.height) = (1, 1);
-    let settings = Settings { policy, alpha, samples: 1, photons: 1, ..Settings::of_scene(&desc.render) };
+    let planning = Planning::Everything;
+    let settings =
+        Settings { policy, alpha, samples: 1, photons: 1, planning, ..Settings::of_scene(&desc.render) };
     (desc, settings)
 }
 
@@ -148,10 +150,11 @@ fn cameras_at_the_sky_see_black() {
     let mut desc = lit_box();
     desc.meshes = vec![floor(-1.0, 1.0, 0)];
     desc.camera.look_at = Vec3::new(0.1, 9.0, 0.8);
+    let planning = Planning::Everything;
     for scene in by_both_traversals(&desc) {
         for (policy, radius) in POLICIES.iter().flat_map(|p| [(*p, None), (*p, Some(0.1))]) {
             let (render, passes) =
-                rendered(&scene, Settings { policy, radius, ..Settings::of_scene(&desc.render) });
+                rendered(&scene, Settings { policy, radius, planning, ..Settings::of_scene(&desc.render) });
             assert_eq!((render.setup().hit_points, passes[1].gathered), (0, 0));
             assert!(passes[1].photons.absorbed > 0 && passes[1].radius.mean == 0.0);
             assert!(render.picture().pixels().iter().all(|p| *p == Rgb::ZERO));

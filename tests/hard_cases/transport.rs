@@ -3,7 +3,7 @@
 use caustica::bsdf::{Bsdf, DiffuseSampling};
 use caustica::effects::PathClass;
 use caustica::math::{Rgb, Vec3};
-use caustica::ppm::{Ledger, PassStatistics, PhotonPass, Render, Settings};
+use caustica::ppm::{Ledger, PassStatistics, PhotonPass, Planning, Render, Settings};
 use caustica::scene::{Mesh, PointLightDesc, SceneDesc, SphereDesc};
 
 use super::rooms::{
@@ -235,7 +235,8 @@ fn mirrors_face_to_face_do_not_hang() {
     desc.materials[0].bsdf = Bsdf::Mirror { reflectance: Rgb::ONE };
     desc.meshes.push(mesh(vec![Vec3::splat(0.01), Vec3::X * 0.01, Vec3::Y * 0.01], vec![[0, 1, 2]], 0));
     for scene in by_both_traversals(&desc) {
-        let settings = Settings { photons: 500, ..Settings::of_scene(&desc.render) };
+        let planning = Planning::Everything;
+        let settings = Settings { photons: 500, planning, ..Settings::of_scene(&desc.render) };
         let ledger = Render::new(&scene, settings).pass().photons;
         assert!(ledger.is_balanced() && ledger.terminated + ledger.escaped == 500, "{ledger:?}");
         assert!(ledger.terminated > 490, "{ledger:?}");
