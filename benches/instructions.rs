@@ -1,22 +1,30 @@
 //! Kernels to count the instructions of, where times are too noisy to compare: `make instructions` runs each under
-//! callgrind, which counts inside `measured` alone. Prints how many units of what the kernel worked on.
+//! callgrind, which counts inside `measured` alone. Prints how many units of what the kernel worked on, and its
+//! nanoseconds.
 
 use std::error::Error;
 use std::hint::black_box;
 use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Instant;
 
 use caustica::bench::gather_source::on_walls;
 use caustica::bvh::{Sphere, SphereBvh};
-use caustica::ppm::{PhotonPass, Render, Settings, photon_pass};
+use caustica::ppm::{PhotonPass, Render, Settings, camera_pass, photon_pass};
 use caustica::scene::{self, Scene, Traversal};
 
 const SPHERES: usize = 100_000;
 const PHOTONS: usize = 20_000;
 
+/// What the work took where it runs natively.
+static NANOSECONDS: AtomicU64 = AtomicU64::new(0);
+
 /// The name that callgrind is told of.
 #[inline(never)]
 fn measured<R>(work: impl FnOnce() -> R) {
+    let start = Instant::now();
     black_box(work());
+    NANOSECONDS.store(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
 }
 
 /// As many overlaps a photon as the first pass of the course scene has in its corners.
@@ -49,6 +57,11 @@ fn run(kernel: &str) -> Result<(usize, &'static str), Box<dyn Error + Send + Syn
             let (photons, mut counts) = (on_walls(PHOTONS, 1), vec![0u32; SPHERES]);
             measured(|| tree.gather(&photons, &mut counts, |count, _, _| *count += 1));
             Ok((PHOTONS, "photon"))
+        }
+        "eye" => {
+            let (scene, settings) = course(Traversal::Embree)?;
+            measured(|| camera_pass::trace(&scene, &settings).rays);
+            Ok(((scene.film().width * scene.film().height) as usize, "pixel"))
         }
         "photons" => {
             let (scene, settings) = course(Traversal::Embree)?;
@@ -83,6 +96,6 @@ fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
     // On one thread, and all of it there: callgrind keeps a switch for every thread.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     let (units, unit) = pool.install(|| run(&kernel))?;
-    println!("{units} {unit}");
+    println!("{units} {unit} {}", NANOSECONDS.load(Ordering::Relaxed));
     Ok(())
 }

@@ -13,13 +13,13 @@ import sys
 import tempfile
 from pathlib import Path
 
-KERNELS = ("build", "refit", "count", "photons", "pass", "embree", "custom")
+KERNELS = ("build", "refit", "count", "eye", "photons", "pass", "embree", "custom")
 BUILD = ("cargo", "bench", "--locked", "--bench", "instructions", "--no-run", "--message-format=json")
 
 
-def program():
+def program(*features):
     """The path of the benchmark, which is built first."""
-    text = subprocess.run(BUILD, check=True, stdout=subprocess.PIPE, text=True).stdout
+    text = subprocess.run([*BUILD, *features], check=True, stdout=subprocess.PIPE, text=True).stdout
     messages = (json.loads(line) for line in text.splitlines())
     paths = [m["executable"] for m in messages if m.get("target", {}).get("name") == "instructions"]
     return next(path for path in paths if path)
@@ -34,7 +34,7 @@ def count(path, kernel):
     collected = re.search(r"Collected : (\d+)", ran.stderr)
     if ran.returncode != 0 or not collected:
         sys.exit(f"{kernel}: valgrind failed\n{ran.stderr}")
-    units, unit = ran.stdout.split()
+    units, unit, _ = ran.stdout.split()
     return int(collected[1]), int(units), unit
 
 

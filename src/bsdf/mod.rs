@@ -11,6 +11,10 @@ pub use scattering::{Choice, DiffuseSampling, Event, Scattering, SpecularLobe, T
 
 use crate::math::{Rgb, Vec3};
 
+/// Whether surfaces can mirror and refract at all: in every program but that which measures what this ability costs scenes
+/// that have no use for it. There such surfaces are black.
+pub const SPECULAR: bool = !cfg!(feature = "lambertian-only");
+
 /// A surface's scattering function. Reflectances are dimensionless and in `[0, 1]` per channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bsdf {
@@ -59,6 +63,7 @@ impl Bsdf {
     /// Whether any of its lobes is specular.
     pub fn is_specular(&self) -> bool {
         match *self {
+            _ if !SPECULAR => false,
             Bsdf::Diffuse { .. } => false,
             Bsdf::Mirror { reflectance } => reflectance != Rgb::ZERO,
             Bsdf::Dielectric { .. } => true,
@@ -74,6 +79,7 @@ impl Bsdf {
     /// transparency is the whole weight.
     pub fn scatter(&self, wo: Vec3, transport: Transport) -> Scattering {
         let specular = match *self {
+            _ if !SPECULAR => [None, None],
             Bsdf::Diffuse { .. } => [None, None],
             Bsdf::Mirror { reflectance } => [Some(mirrored(wo, reflectance)), None],
             Bsdf::Dielectric { ior } => dielectric_lobes(wo, ior, transport),

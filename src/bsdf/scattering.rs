@@ -1,3 +1,4 @@
+use super::SPECULAR;
 use crate::math::{Rgb, Rng, Vec3, warp};
 
 /// What a path carries, which decides how it changes at a refracting interface.
@@ -93,7 +94,7 @@ impl Scattering {
 
     /// The specular lobes.
     pub fn specular(&self) -> impl Iterator<Item = &SpecularLobe> {
-        self.lobes.iter().flatten()
+        self.lobes.iter().take(if SPECULAR { 2 } else { 0 }).flatten()
     }
 
     /// Russian roulette among the lobes and absorption (`None`), with `u` uniform in `[0, 1)`.

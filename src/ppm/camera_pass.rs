@@ -94,7 +94,8 @@ fn trace_tile(
     let pixel_width = scene.camera().pixel_width();
     let (strata, weight) = (Strata::new(samples), 1.0 / samples as f32);
     let split_weight = SPLIT_WEIGHT * weight;
-    let mut trees = EyeTrees { scene, settings, split_weight, pixel_width, tile };
+    let mut trees =
+        EyeTrees { scene, settings, casters: scene.any_specular(), split_weight, pixel_width, tile };
     for y in top..height.min(top + TILE) {
         for x in left..width.min(left + TILE) {
             let pixel = y * width + x;
@@ -199,6 +200,8 @@ struct Fronts {
 struct EyeTrees<'a> {
     scene: &'a Scene,
     settings: &'a Settings,
+    /// Whether any surface is specular.
+    casters: bool,
     split_weight: f32,
     pixel_width: f32,
     tile: Tile,
@@ -229,11 +232,18 @@ impl EyeTrees<'_> {
         if emission != Rgb::ZERO {
             self.tile.emitted.push((branch.pixel, branch.weight * emission));
         }
-        let scattering = self.scene.scatter(hit, Transport::Camera);
         let length = branch.length + hit.t;
-        if scattering.albedo != Rgb::ZERO {
+        if self.scene.albedo(hit) != Rgb::ZERO {
             self.leave_hit_point(branch, length, hit);
         }
+        if self.casters {
+            self.branch_on(branch, length, hit, waiting);
+        }
+    }
+
+    /// Follows the specular lobes: all of them, or one chosen by roulette where the branch is faint.
+    fn branch_on(&mut self, branch: &Branch, length: f32, hit: &SurfaceHit, waiting: &mut [Front; 2]) {
+        let scattering = self.scene.scatter(hit, Transport::Camera);
         let mut go_on = |event, wi, factor| {
             let branch = branch.after(event, branch.weight * factor, length);
             let Some(ray) = hit.continue_along(event, hit.frame().to_world(wi)) else { return };

@@ -9,7 +9,9 @@ use super::flights::{FlightPacket, Flights, at};
 use super::lane_flux::{LaneFlux, PowerOf};
 use super::photon_pass::{Deposits, PhotonChunk};
 use super::{FluxLedger, Photon, Settings};
-use crate::bsdf::{Choice, DiffuseSampling, Event, Scattering, SpecularLobe, Transport, sample_diffuse};
+use crate::bsdf::{
+    Choice, DiffuseSampling, Event, SPECULAR, Scattering, SpecularLobe, Transport, sample_diffuse,
+};
 use crate::effects::PathClass;
 use crate::math::{DVec3, Frame, Ray, Rgb, Rng, Vec3};
 use crate::scene::{Coherence, HitPacket, RayPacket, Scene, SurfaceHit, SurfacePacket};
@@ -191,10 +193,16 @@ impl Packet {
         chunk: &mut PhotonChunk,
         next: &mut Flights,
     ) {
-        self.caustic = pasts.specular(&self.photons);
-        self.bounce_special(course, draws, pasts, &mut chunk.ledger.flux);
+        if SPECULAR {
+            self.caustic = pasts.specular(&self.photons);
+        }
+        if SPECULAR || course.settings.sampling != DiffuseSampling::Cosine {
+            self.bounce_special(course, draws, pasts, &mut chunk.ledger.flux);
+        }
         self.bounce(course, draws, chunk, next);
-        pasts.bounce(&self.photons, self.surfaces.lambertian);
+        if SPECULAR {
+            pasts.bounce(&self.photons, self.surfaces.lambertian);
+        }
     }
 
     /// Sends photons on, one by one, from surfaces that are not Lambertian.
@@ -223,7 +231,7 @@ impl Packet {
         let bounce = DiffuseBounce { photons, surfaces, draws, specials, next, flux };
         let Bounced { arrivals, survivors, dark, lost } = course.isa.run(bounce);
         if !draws.is_first_flight() {
-            if course.settings.transport.contains(PathClass::Caustic) {
+            if SPECULAR && course.settings.transport.contains(PathClass::Caustic) {
                 deposit(&mut chunk.caustic, arrivals.diffuse & *caustic, photons, surfaces, &arrivals);
             }
             if course.settings.transport.contains(PathClass::Indirect) {

@@ -30,7 +30,7 @@ pub use tracer::{Traversal, TraversalError};
 use surface::Surface;
 use tracer::Tracer;
 
-use crate::bsdf::{Bsdf, Scattering, Transport};
+use crate::bsdf::{Bsdf, SPECULAR, Scattering, Transport};
 use crate::camera::Camera;
 use crate::embree::PACKET;
 use crate::light::Lights;
@@ -111,11 +111,17 @@ impl Scene {
         self.rays.intersect(ray).map(|hit| hit.t)
     }
 
+    /// The Lambertian share of the surface at `hit`.
+    pub fn albedo(&self, hit: &SurfaceHit) -> Rgb {
+        self.materials[hit.material as usize].bsdf.albedo()
+    }
+
     /// All lobes of the surface at `hit` for a path that arrives there.
     pub fn scatter(&self, hit: &SurfaceHit, transport: Transport) -> Scattering {
         match &self.materials[hit.material as usize].bsdf {
             // The frame is the dearest part, and a diffuse surface has no use for it.
             Bsdf::Diffuse { albedo } => Scattering::diffuse(*albedo),
+            bsdf if !SPECULAR => Scattering::diffuse(bsdf.albedo()),
             bsdf => bsdf.scatter(hit.wo_local(), transport),
         }
     }
