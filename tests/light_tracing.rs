@@ -11,7 +11,9 @@ use caustica::film::Image;
 use caustica::math::{Rgb, Vec2, Vec3};
 use caustica::ppm::Settings;
 use caustica::reference::{Method, share_seen_specular};
-use caustica::scene::{CameraDesc, FilmDesc, Material, Mesh, PointLightDesc, RenderDesc, Scene, SceneDesc};
+use caustica::scene::{
+    CameraDesc, FilmDesc, Material, Mesh, Places, PointLightDesc, RenderDesc, Scene, SceneDesc,
+};
 use common::{
     block_estimate, blocks_seen_diffuse, desc, estimated, light_traced, path_traced, photon_mapped, scene_at,
     settings,
@@ -57,6 +59,7 @@ fn lit_floor(above: Bsdf) -> SceneDesc {
         meshes: vec![sheet(0.0, 0), sheet(MIRROR_HEIGHT, 1)],
         point_lights: vec![PointLightDesc { position: LIGHT, intensity: Rgb::splat(INTENSITY) }],
         warnings: vec![],
+        places: Places::default(),
     }
 }
 

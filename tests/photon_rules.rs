@@ -6,7 +6,9 @@ use std::f64::consts::PI;
 use caustica::bsdf::{Bsdf, DiffuseSampling};
 use caustica::math::{DVec3, Rgb, Vec3};
 use caustica::ppm::{PhotonBatch, PhotonPass, Render, Settings};
-use caustica::scene::{CameraDesc, FilmDesc, Material, Mesh, PointLightDesc, RenderDesc, Scene, SceneDesc};
+use caustica::scene::{
+    CameraDesc, FilmDesc, Material, Mesh, Places, PointLightDesc, RenderDesc, Scene, SceneDesc,
+};
 
 const INTENSITY: f32 = 1000.0;
 const LIGHT_HEIGHT: f64 = 10.0;
@@ -57,6 +59,7 @@ fn lit_floor(floor: Bsdf, other: Mesh, bsdf: Bsdf) -> Scene {
             intensity: Rgb::splat(INTENSITY),
         }],
         warnings: vec![],
+        places: Places::default(),
     })
     .unwrap()
 }

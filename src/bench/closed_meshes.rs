@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use crate::bsdf::Bsdf;
 use crate::math::{Ray, Rgb, Rng, Vec3};
-use crate::scene::{CameraDesc, FilmDesc, Material, Mesh, RenderDesc, SceneDesc};
+use crate::scene::{CameraDesc, FilmDesc, Material, Mesh, Places, RenderDesc, SceneDesc};
 
 /// A closed mesh that holds the ball of radius [`HELD`], stretched by [`ClosedMesh::stretch`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -99,6 +99,7 @@ impl ClosedMesh {
             }],
             point_lights: vec![],
             warnings: vec![],
+            places: Places::default(),
         }
     }
 }

@@ -4,7 +4,7 @@ use super::BenchError;
 use crate::bsdf::Bsdf;
 use crate::math::{Ray, Rgb, Vec3};
 use crate::ppm::{DirectPass, Render, Settings, camera_pass, photon_pass};
-use crate::scene::{CameraDesc, FilmDesc, Material, Mesh, RenderDesc, Scene, SceneDesc, water};
+use crate::scene::{CameraDesc, FilmDesc, Material, Mesh, Places, RenderDesc, Scene, SceneDesc, water};
 
 /// Triangles of the room without water.
 pub const ROOM_TRIANGLES: usize = 36;
@@ -103,6 +103,7 @@ pub fn room(triangles: usize, photons: u64) -> SceneDesc {
         meshes,
         point_lights: vec![],
         warnings: vec![],
+        places: Places::default(),
     }
 }
 

@@ -111,6 +111,7 @@ impl Facts {
             meshes,
             point_lights,
             warnings: _,
+            places: _,
         } = desc;
         self.add("size", format!("{width}x{height}"));
         for (name, value) in [("position", position), ("look_at", look_at), ("up", up)] {

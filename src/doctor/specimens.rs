@@ -2,7 +2,9 @@
 
 use crate::bsdf::Bsdf;
 use crate::math::{Rgb, Vec3};
-use crate::scene::{CameraDesc, FilmDesc, Material, Mesh, PointLightDesc, RenderDesc, SceneDesc, SphereDesc};
+use crate::scene::{
+    CameraDesc, FilmDesc, Material, Mesh, Places, PointLightDesc, RenderDesc, SceneDesc, SphereDesc,
+};
 
 /// A built-in scene, and what must hold of it.
 pub(super) struct Specimen {
@@ -76,6 +78,7 @@ pub(super) fn bare() -> SceneDesc {
         meshes: vec![Mesh::inward_cube("box", WALL)],
         point_lights: vec![PointLightDesc { position: Vec3::new(0.15, 0.55, -0.1), intensity: Rgb::ONE }],
         warnings: vec![],
+        places: Places::default(),
     }
 }
 

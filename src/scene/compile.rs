@@ -32,11 +32,24 @@ fn compile<E>(
 ) -> Result<Scene, E> {
     let camera = camera(&desc);
     let lights = lights(&desc);
-    let (materials, render, film) = (desc.materials, desc.render, desc.film);
+    let SceneDesc { materials, render, film, point_lights, camera: view, places, .. } = desc;
     let surfaces = surfaces(desc.meshes, desc.spheres);
     let bounds = surfaces.iter().map(Surface::bounds).fold(Aabb::EMPTY, Aabb::union);
     let rays = trace(&surfaces)?;
-    Ok(Scene { rays, traversal, surfaces, materials, lights, camera, film, render, bounds })
+    Ok(Scene {
+        rays,
+        traversal,
+        surfaces,
+        materials,
+        lights,
+        camera,
+        point_lights,
+        view,
+        film,
+        render,
+        bounds,
+        places,
+    })
 }
 
 fn camera(desc: &SceneDesc) -> Camera {

@@ -1,6 +1,6 @@
 use std::path::PathBuf;
 
-use super::Mesh;
+use super::{Mesh, Places};
 use crate::bsdf::Bsdf;
 use crate::math::{Rgb, Vec3};
 
@@ -29,6 +29,8 @@ pub struct SceneDesc {
     pub point_lights: Vec<PointLightDesc>,
     /// What was repaired or looks like a mistake; each entry names its file.
     pub warnings: Vec<String>,
+    /// Where the file describes all that.
+    pub places: Places,
 }
 
 impl SceneDesc {

@@ -12,6 +12,7 @@ mod direct;
 mod error;
 mod load;
 mod mesh;
+mod places;
 mod surface;
 mod surface_packet;
 mod tracer;
@@ -23,6 +24,7 @@ pub use direct::DirectLight;
 pub use error::SceneError;
 pub use load::{Access, Limits, load, load_with};
 pub use mesh::{Mesh, least_altitude};
+pub use places::{Item, Places};
 pub use surface::{Receiver, SurfaceHit, keeps_clear_of_edges};
 pub use surface_packet::SurfacePacket;
 pub use tracer::{Traversal, TraversalError};
@@ -45,9 +47,13 @@ pub struct Scene {
     materials: Vec<Material>,
     lights: Lights,
     camera: Camera,
+    /// As the scene describes them, those without power, too.
+    point_lights: Vec<PointLightDesc>,
+    view: CameraDesc,
     film: FilmDesc,
     render: RenderDesc,
     bounds: Aabb,
+    places: Places,
 }
 
 impl Scene {
@@ -149,6 +155,26 @@ impl Scene {
     /// The lights with power.
     pub fn lights(&self) -> &Lights {
         &self.lights
+    }
+
+    /// The point lights by number, those without power, too.
+    pub fn point_lights(&self) -> &[PointLightDesc] {
+        &self.point_lights
+    }
+
+    /// The meshes, by number.
+    pub fn meshes(&self) -> impl Iterator<Item = &Mesh> {
+        self.surfaces.iter().filter_map(Surface::mesh)
+    }
+
+    /// The spheres, by number.
+    pub fn spheres(&self) -> &[SphereDesc] {
+        self.surfaces.last().map_or(&[], Surface::spheres)
+    }
+
+    /// The camera as the scene describes it.
+    pub fn view(&self) -> &CameraDesc {
+        &self.view
     }
 
     /// The camera.

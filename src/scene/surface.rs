@@ -85,6 +85,21 @@ impl Surface {
         }
     }
 
+    pub fn mesh(&self) -> Option<&Mesh> {
+        match self {
+            Surface::Mesh(mesh, _) => Some(mesh),
+            Surface::Spheres(_) => None,
+        }
+    }
+
+    /// None of a mesh.
+    pub fn spheres(&self) -> &[SphereDesc] {
+        match self {
+            Surface::Mesh(..) => &[],
+            Surface::Spheres(spheres) => spheres,
+        }
+    }
+
     pub fn primitives(&self) -> usize {
         match self {
             Surface::Mesh(mesh, _) => mesh.triangles.len(),

@@ -53,7 +53,8 @@ impl Plan {
 
 /// All of a scene but where it was read.
 pub(super) fn described(desc: &SceneDesc) -> SceneDesc {
-    SceneDesc { name: String::new(), path: PathBuf::new(), warnings: Vec::new(), ..desc.clone() }
+    let desc = desc.clone().without_places();
+    SceneDesc { name: String::new(), path: PathBuf::new(), warnings: Vec::new(), ..desc }
 }
 
 /// A number that differs where the debug texts differ, for all that matters: FNV-1a of the text.

@@ -5,7 +5,7 @@ use caustica::film::Image;
 use caustica::math::{DVec3, Rgb, Vec3};
 use caustica::ppm::{Ledger, Render, Settings};
 use caustica::reference::{Estimator, Method};
-use caustica::scene::{CameraDesc, FilmDesc, Material, RenderDesc, Scene, SceneDesc, SphereDesc};
+use caustica::scene::{CameraDesc, FilmDesc, Material, Places, RenderDesc, Scene, SceneDesc, SphereDesc};
 
 use super::rooms::{by_both_traversals, inward_cube};
 
@@ -38,6 +38,7 @@ fn furnace(albedo: Rgb, spheres: Vec<SphereDesc>, ball: Bsdf) -> [Scene; 2] {
         meshes: vec![inward_cube(0)],
         point_lights: vec![],
         warnings: vec![],
+        places: Places::default(),
     })
 }
 

@@ -5,7 +5,8 @@ use caustica::bsdf::Bsdf;
 use caustica::math::{Rgb, Vec3};
 use caustica::ppm::{PassStatistics, Render, Settings};
 use caustica::scene::{
-    CameraDesc, FilmDesc, Material, Mesh, PointLightDesc, RenderDesc, Scene, SceneDesc, SphereDesc, Traversal,
+    CameraDesc, FilmDesc, Material, Mesh, Places, PointLightDesc, RenderDesc, Scene, SceneDesc, SphereDesc,
+    Traversal,
 };
 
 /// Both ways of tracing rays: a case must hold with either.
@@ -81,6 +82,7 @@ pub fn lit_box() -> SceneDesc {
             intensity: Rgb::splat(1.0),
         }],
         warnings: vec![],
+        places: Places::default(),
     }
 }
 

@@ -115,6 +115,11 @@ impl<'a> Fields<'a> {
 }
 
 impl<'a> Field<'a> {
+    /// The line in which the value begins; of a table, that of its header.
+    pub fn line(&self) -> u32 {
+        u32::try_from(self.source.line(&self.value.span())).unwrap_or(u32::MAX)
+    }
+
     /// An error about this value.
     pub fn error(&self, reason: String) -> SceneError {
         self.source.error(&self.value.span(), format!("{}: field `{}`{reason}", self.place, self.name))

@@ -8,6 +8,7 @@ mod mesh_entry;
 mod mtl;
 mod obj;
 mod objects;
+mod places;
 mod polygon;
 mod settings;
 mod source;
@@ -83,6 +84,7 @@ fn read_scene(path: &Path, root: &Fields, reader: &Reader) -> Result<SceneDesc, 
         meshes,
         materials: found.materials,
         warnings: found.warnings,
+        places: places::places(path, root)?,
     })
 }
 
