@@ -1,0 +1,127 @@
+//! What every part of a scene needs. All matches are exhaustive and all fields are named: whoever adds a material, a light
+//! or a property of the camera must say here what it asks for.
+
+use super::{Effect, EffectSet};
+use crate::bsdf::Bsdf;
+use crate::light::Light;
+use crate::math::{Rgb, mean};
+use crate::scene::{CameraDesc, FilmDesc, Material};
+
+/// What a surface needs: its lobes of non-zero share, and its emission.
+pub fn of_material(material: &Material) -> EffectSet {
+    let Material { name: _, bsdf, emission } = material;
+    of_bsdf(bsdf).with(Effect::Emission, *emission != Rgb::ZERO)
+}
+
+/// What a way of scattering needs: nothing for lobes without a share.
+///
+/// Wherever light is refracted some may be mirrored, by Fresnel's law or by total internal reflection.
+pub fn of_bsdf(bsdf: &Bsdf) -> EffectSet {
+    let diffuse = EffectSet::NONE.with(Effect::Diffuse, bsdf.albedo() != Rgb::ZERO);
+    match *bsdf {
+        Bsdf::Diffuse { albedo: _ } => diffuse,
+        Bsdf::Mirror { reflectance } => diffuse.union(specular(reflectance.max_element() > 0.0, false)),
+        Bsdf::Dielectric { ior: _ } => diffuse.union(specular(true, true)),
+        Bsdf::FixedWeight { color: _, reflectivity, transparency, ior: _ } => {
+            let refracts = transparency > 0.0;
+            diffuse.union(specular(reflectivity > 0.0 || refracts, refracts))
+        }
+    }
+}
+
+fn specular(reflects: bool, refracts: bool) -> EffectSet {
+    EffectSet::NONE.with(Effect::SpecularReflection, reflects).with(Effect::SpecularTransmission, refracts)
+}
+
+/// What a light needs: nothing without power, as [`crate::light::Lights`] leaves it out.
+pub fn of_light(light: &Light) -> EffectSet {
+    let shines = mean(light.flux()) > 0.0;
+    match light {
+        Light::Point { .. } => EffectSet::NONE.with(Effect::DeltaLight, shines),
+        Light::Triangle { .. } => EffectSet::NONE.with(Effect::AreaLight, shines),
+    }
+}
+
+/// What a camera needs: nothing, as a pinhole.
+pub fn of_camera(camera: &CameraDesc) -> EffectSet {
+    let CameraDesc { position: _, look_at: _, up: _, fov_degrees: _ } = camera;
+    EffectSet::NONE
+}
+
+/// What a film needs: nothing, as the mean over the samples of each pixel.
+pub fn of_film(film: &FilmDesc) -> EffectSet {
+    let FilmDesc { width: _, height: _ } = film;
+    EffectSet::NONE
+}
+
+/// Whether light goes on behind the surface. What does not let it through can part a scene.
+pub(super) fn is_clear(material: &Material) -> bool {
+    of_bsdf(&material.bsdf).contains(Effect::SpecularTransmission)
+}
+
+/// Whether paths go on along one direction.
+pub(super) fn is_caster(effects: EffectSet) -> bool {
+    effects.contains(Effect::SpecularReflection) || effects.contains(Effect::SpecularTransmission)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bsdf::{Event, Transport};
+    use crate::math::{Rng, Stream, Vec3, warp};
+
+    fn fixed(color: f32, reflectivity: f32, transparency: f32) -> Bsdf {
+        Bsdf::FixedWeight { color: Rgb::splat(color), reflectivity, transparency, ior: 1.33 }
+    }
+
+    fn materials() -> Vec<Bsdf> {
+        let shares = [0.0, 0.3, 1.0];
+        let mut all = vec![Bsdf::Dielectric { ior: 1.5 }, Bsdf::Dielectric { ior: 0.5 }];
+        for share in shares.map(Rgb::splat).into_iter().chain([Rgb::Y]) {
+            all.extend([Bsdf::Diffuse { albedo: share }, Bsdf::Mirror { reflectance: share }]);
+        }
+        for reflectivity in shares {
+            for transparency in shares.into_iter().filter(|t| reflectivity + t <= 1.0) {
+                all.extend([0.0, 0.5].map(|color| fixed(color, reflectivity, transparency)));
+            }
+        }
+        all
+    }
+
+    /// Whatever lobe a surface has for any direction was declared, and nothing else was.
+    #[test]
+    fn surfaces_do_what_they_declare() {
+        for bsdf in materials() {
+            let mut found = EffectSet::NONE;
+            for index in 0..2000 {
+                let mut rng = Rng::new(1, Stream::Test, 0, index);
+                let wo = warp::square_to_uniform_sphere(rng.next_vec2());
+                let scattering = bsdf.scatter(wo, Transport::Power);
+                found = found.with(Effect::Diffuse, scattering.albedo != Rgb::ZERO);
+                for lobe in scattering.specular() {
+                    found = match lobe.event {
+                        Event::Transmission => found.with(Effect::SpecularTransmission, true),
+                        Event::Reflection | Event::Diffuse => found.with(Effect::SpecularReflection, true),
+                    };
+                }
+            }
+            assert_eq!(of_bsdf(&bsdf), found, "{bsdf:?}");
+        }
+    }
+
+    #[test]
+    fn lamps_need_emission_and_lights_power() {
+        let black = Bsdf::Diffuse { albedo: Rgb::ZERO };
+        let lamp = |emission| Material { name: "lamp".into(), bsdf: black, emission };
+        assert!(of_material(&lamp(Rgb::Z)).iter().eq([Effect::Emission]));
+        assert_eq!(of_material(&lamp(Rgb::ZERO)), EffectSet::NONE);
+        let point = |intensity| of_light(&Light::Point { position: Vec3::ZERO, intensity });
+        assert!(point(Rgb::X).iter().eq([Effect::DeltaLight]) && point(Rgb::ZERO) == EffectSet::NONE);
+        let triangle = |size: f32| Light::Triangle {
+            corners: [Vec3::ZERO, size * Vec3::X, size * Vec3::Z],
+            radiance: Rgb::ONE,
+        };
+        assert!(of_light(&triangle(1.0)).iter().eq([Effect::AreaLight]));
+        assert_eq!(of_light(&triangle(0.0)), EffectSet::NONE);
+    }
+}
