@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::duplicates::has_an_inside;
 use super::places::{self, Place};
-use crate::math::{Aabb, DVec3, Vec3};
+use crate::math::{Aabb, DVec3, Vec3, solid_angle};
 use crate::scene::SceneDesc;
 
 /// What a surface is made of, as far as light inside is concerned: bodies of different kinds do not hang together.
@@ -39,10 +39,6 @@ impl Body {
     /// Whether `p` is inside a closed body.
     ///
     /// By the sum of the solid angles of its triangles, which is 4π inside, up to its sign, and 0 outside.
-    ///
-    /// # Source
-    /// Van Oosterom and Strackee, "The Solid Angle of a Plane Triangle", IEEE Transactions on Biomedical Engineering 30(2),
-    /// 1983: the angle of a triangle.
     pub fn contains(&self, desc: &SceneDesc, p: Vec3) -> bool {
         if !self.is_closed() || !self.bounds.contains(p) {
             return false;
@@ -52,12 +48,6 @@ impl Body {
             self.triangles.par_iter().map(|place| solid_angle(place.corners(desc), p)).collect();
         angles.iter().sum::<f64>().abs() > HALF
     }
-}
-
-fn solid_angle(corners: [Vec3; 3], p: Vec3) -> f64 {
-    let [a, b, c] = corners.map(|corner| corner.as_dvec3() - p.as_dvec3());
-    let (x, y, z) = (a.length(), b.length(), c.length());
-    2.0 * a.dot(b.cross(c)).atan2(x * y * z + a.dot(b) * z + b.dot(c) * x + c.dot(a) * y)
 }
 
 /// All bodies, ordered by their first triangles.

@@ -1,8 +1,20 @@
 //! Which effects a scene calls for, and so what a render simulates.
 
+mod barriers;
 pub mod declare;
 mod effect;
+mod faces;
 mod path_class;
+mod plan;
+mod reach;
+mod region;
+mod rules;
+mod surfaces;
+#[cfg(test)]
+mod testing;
+mod unseen;
 
 pub use effect::{Effect, EffectSet};
 pub use path_class::{PathClass, PathClasses};
+pub use plan::{Decision, DroppedLight, EyePaths, Plan};
+pub use unseen::{PASSES_UNTIL_TOLD, Unseen};

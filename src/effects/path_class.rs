@@ -1,7 +1,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 /// The kinds of paths between a light and the eye, told apart by what lies between the light and the receiver that the
 /// eye sees, directly or through specular events. In Heckbert's letters, with `D` that receiver:
@@ -89,6 +89,12 @@ impl PathClasses {
     /// Those that it contains, in the order of [`PathClass::ALL`].
     pub fn iter(self) -> impl Iterator<Item = PathClass> {
         PathClass::ALL.into_iter().filter(move |class| self.contains(*class))
+    }
+}
+
+impl Serialize for PathClasses {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.iter().map(PathClass::name))
     }
 }
 

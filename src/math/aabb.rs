@@ -49,6 +49,11 @@ impl Aabb {
         other.min.cmpge(self.min).all() && other.max.cmple(self.max).all()
     }
 
+    /// Whether the two have a point in common.
+    pub fn overlaps(&self, other: &Aabb) -> bool {
+        self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
+    }
+
     /// Whether nothing is inside.
     pub fn is_empty(&self) -> bool {
         !self.min.cmple(self.max).all()
@@ -80,6 +85,18 @@ mod tests {
         assert!(Aabb::EMPTY.is_empty());
         assert!(!Aabb::EMPTY.contains(Vec3::ZERO));
         assert_eq!(Aabb::EMPTY.surface_area(), 0.0);
+    }
+
+    #[test]
+    fn boxes_that_touch_overlap() {
+        let unit = Aabb::of_sphere(Vec3::ZERO, 1.0);
+        for (shift, overlap) in
+            [(2.0 * Vec3::X, true), (2.1 * Vec3::Y, false), (Vec3::new(1.9, -2.0, 1.0), true)]
+        {
+            let moved = Aabb::of_sphere(shift, 1.0);
+            assert_eq!((unit.overlaps(&moved), moved.overlaps(&unit)), (overlap, overlap), "{shift}");
+        }
+        assert!(!unit.overlaps(&Aabb::EMPTY));
     }
 
     #[test]

@@ -7,6 +7,7 @@ mod power_law;
 mod ray;
 /// Philox, number by number.
 pub mod rng;
+mod solid_angle;
 pub mod warp;
 
 pub use aabb::Aabb;
@@ -16,6 +17,7 @@ pub use offset::{RELATIVE_POSITION_ERROR, offset_origin};
 pub use power_law::PowerLaw;
 pub use ray::Ray;
 pub use rng::{Rng, Stream, UNIT, unit_f32};
+pub use solid_angle::solid_angle;
 
 /// A linear RGB triple: a reflectance, a power (W), a radiance (W/m²/sr) or a dimensionless weight.
 pub type Rgb = Vec3;

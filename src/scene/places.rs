@@ -68,7 +68,7 @@ impl Scene {
         match item {
             Item::Material(number) => format!("material `{}`", self.materials[number as usize].name),
             Item::Mesh(number) => {
-                self.meshes().nth(number as usize).map_or("?", |mesh| &mesh.name).to_owned()
+                self.surfaces[number as usize].mesh().map_or_else(String::new, |mesh| mesh.name.clone())
             }
             Item::Sphere(number) => format!("sphere {}", u64::from(number) + 1),
             Item::PointLight(number) => format!("point_light {}", u64::from(number) + 1),

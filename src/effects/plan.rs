@@ -1,0 +1,162 @@
+use std::fmt;
+
+use serde::Serialize;
+
+use super::reach::Reach;
+use super::rules::{self, Facts};
+use super::surfaces::Surfaces;
+use super::{PathClass, PathClasses};
+use crate::scene::Scene;
+
+/// How often eye paths are traced.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum EyePaths {
+    /// Once: what a pixel sees stays.
+    Fixed,
+    /// Anew in each pass: a pixel sees the mean over a lens or a filter.
+    Retraced,
+}
+
+/// Whether one thing is simulated, and because of what.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Decision {
+    /// An effect, a kind of path, or a part of the render.
+    pub what: String,
+    /// Whether it is simulated.
+    pub on: bool,
+    /// The object that calls for it, with its file and line; or the rule by which it contributes nothing.
+    pub because: String,
+}
+
+/// A light that photons and shadow rays need not start from or end at.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct DroppedLight {
+    /// What it is, with its file and line.
+    pub light: String,
+    /// Numbers in the order of [`crate::light::Lights::iter`], increasing; none of a light without power, which is not
+    /// among those.
+    pub numbers: Vec<u32>,
+    /// Why nothing of it could be seen.
+    pub because: String,
+}
+
+/// What a render of a scene simulates.
+///
+/// Everything that is left out contributes exactly nothing to the picture, or was not asked for: each rule of this module
+/// comes with its proof. Contributions that come of rounding alone, as of a ray that slips through a wall, are none.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Plan {
+    /// The kinds of paths.
+    pub classes: PathClasses,
+    /// How often eye paths are traced.
+    pub eye_paths: EyePaths,
+    /// Whether there are photon passes.
+    pub photons: bool,
+    /// Whether any path of light or from the eye may be refracted.
+    pub refraction: bool,
+    /// Whether light reaches a specular surface, so that photons aimed at such could help.
+    pub can_aim: bool,
+    /// Lights that are left out.
+    pub dropped_lights: Vec<DroppedLight>,
+    /// Every decision with its reason.
+    pub decisions: Vec<Decision>,
+}
+
+impl Plan {
+    /// What a scene calls for of the kinds of paths that are `asked` for.
+    ///
+    /// `O(n log n)` for `n` triangles; a million take some tenths of a second.
+    pub fn of(scene: &Scene, asked: PathClasses) -> Plan {
+        let surfaces = Surfaces::of(scene);
+        let reach = Reach::of(&surfaces);
+        let facts = Facts::of(scene, &reach, asked);
+        Plan::by(&facts, rules::dropped_lights(scene, &reach))
+    }
+
+    /// Everything that is `asked` for, whether the scene calls for it or not: the plan that others are held against.
+    pub fn everything(scene: &Scene, asked: PathClasses) -> Plan {
+        Plan::by(&Facts::everything(scene, asked), Vec::new())
+    }
+
+    fn by(facts: &Facts, dropped_lights: Vec<DroppedLight>) -> Plan {
+        let mut decisions = rules::effects(facts);
+        let paths = PathClass::ALL.map(|class| rules::paths(facts, class));
+        let classes = PathClass::ALL.into_iter().zip(&paths).filter(|(_, verdict)| verdict.is_ok());
+        let classes: PathClasses = classes.map(|(class, _)| class).collect();
+        decisions.extend(
+            PathClass::ALL.into_iter().zip(paths).map(|(class, v)| Decision::of(light_name(class), v)),
+        );
+        let mut decide = |what: &str, verdict| {
+            let decision = Decision::of(what, verdict);
+            let on = decision.on;
+            decisions.push(decision);
+            on
+        };
+        let photons = decide("photon passes", rules::photons(facts, classes));
+        let refraction = decide("refraction", rules::refraction(facts));
+        let can_aim = decide("aimed photons", rules::aiming(facts, classes));
+        let retraced = decide("eye paths anew in each pass", rules::retracing(facts));
+        let eye_paths = if retraced { EyePaths::Retraced } else { EyePaths::Fixed };
+        Plan { classes, eye_paths, photons, refraction, can_aim, dropped_lights, decisions }
+    }
+
+    /// Whether a light is part of the render, by its number in the order of [`crate::light::Lights::iter`].
+    pub fn keeps_light(&self, number: u32) -> bool {
+        !self.dropped_lights.iter().any(|dropped| dropped.numbers.binary_search(&number).is_ok())
+    }
+
+    /// What is left after an eye pass that left so many hit points: without any, a picture that is finished.
+    ///
+    /// Proof: light is collected at hit points alone, so each sum over them is empty and stays so. Eye paths that are traced
+    /// anew may find some later, so there nothing changes.
+    #[must_use]
+    pub fn finish_if_blind(mut self, hit_points: u64) -> Plan {
+        if hit_points > 0 || self.eye_paths == EyePaths::Retraced {
+            return self;
+        }
+        (self.classes, self.photons, self.can_aim) = (PathClasses::NONE, false, false);
+        let names = PathClass::ALL.map(light_name);
+        let is_over =
+            |what: &str| names.contains(&what) || ["photon passes", "aimed photons"].contains(&what);
+        for decision in self.decisions.iter_mut().filter(|decision| decision.on && is_over(&decision.what)) {
+            decision.on = false;
+            decision.because = "the eye paths found no surface that reflects diffusely".into();
+        }
+        self
+    }
+}
+
+fn light_name(class: PathClass) -> &'static str {
+    match class {
+        PathClass::Direct => "direct light",
+        PathClass::Caustic => "caustics",
+        PathClass::Indirect => "indirect light",
+    }
+}
+
+impl Decision {
+    pub(super) fn of(what: &str, verdict: Result<String, String>) -> Decision {
+        let on = verdict.is_ok();
+        let (Ok(because) | Err(because)) = verdict;
+        Decision { what: what.into(), on, because }
+    }
+}
+
+/// In columns: what, on or off, because of what.
+impl fmt::Display for Plan {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let width = self.decisions.iter().map(|decision| decision.what.len()).max().unwrap_or(0);
+        for Decision { what, on, because } in &self.decisions {
+            writeln!(f, "{what:<width$}  {}  {because}", if *on { "on " } else { "off" })?;
+        }
+        const SHOWN: usize = 8;
+        for DroppedLight { light, because, .. } in self.dropped_lights.iter().take(SHOWN) {
+            writeln!(f, "{:<width$}  off  {light} {because}", "a light")?;
+        }
+        match self.dropped_lights.len().saturating_sub(SHOWN) {
+            0 => Ok(()),
+            more => writeln!(f, "{:<width$}  off  and {more} more", "lights"),
+        }
+    }
+}
