@@ -12,7 +12,8 @@ use std::cell::{Cell, OnceCell};
 
 use rayon::prelude::*;
 
-use super::faces::{Face, Triangles, grown};
+use super::contacts::{are_in_one_place, is_clear_of, touches};
+use super::faces::{Face, grown};
 use super::region::{Region, Side};
 use super::surfaces::Surfaces;
 use crate::math::{Aabb, DVec3, RELATIVE_POSITION_ERROR, Vec3, solid_angle};
@@ -42,6 +43,17 @@ struct Barrier {
     bounds: Aabb,
     /// Whether nothing that refracts lies in the very same place, so that a ray might meet that instead.
     is_bare: OnceCell<bool>,
+}
+
+/// Something that is to be placed among the barriers.
+#[derive(Clone, Copy)]
+pub(super) enum Thing<'t> {
+    /// All of a box.
+    Box(Aabb),
+    /// The surface of a sphere.
+    Sphere(&'t SphereDesc),
+    /// Triangles.
+    Faces(&'t [Face]),
 }
 
 /// All barriers of a scene.
@@ -91,12 +103,16 @@ impl<'s> Barriers<'s> {
         u32::try_from(found).ok()
     }
 
-    /// Where all of a box is.
-    pub fn region(&self, thing: Aabb) -> Region {
-        let thing = grown(thing);
+    /// Where all of a thing is.
+    pub fn region(&self, thing: Thing) -> Region {
+        let bounds = grown(match thing {
+            Thing::Box(bounds) => bounds,
+            Thing::Sphere(sphere) => Aabb::of_sphere(sphere.center, sphere.radius),
+            Thing::Faces(faces) => self.surfaces.triangles.bounds_of(faces),
+        });
         let mut sides = Vec::new();
         for (barrier, number) in self.all.iter().zip(0..) {
-            let Some(side) = self.side(number, barrier, &thing) else { return Region::Unknown };
+            let Some(side) = self.side(number, barrier, thing, &bounds) else { return Region::Unknown };
             if side != Side::Of(0) {
                 sides.push((number, side));
             }
@@ -105,24 +121,42 @@ impl<'s> Barriers<'s> {
     }
 
     /// `None` when the effort is spent.
-    fn side(&self, number: u32, barrier: &Barrier, thing: &Aabb) -> Option<Side> {
+    fn side(&self, number: u32, barrier: &Barrier, thing: Thing, bounds: &Aabb) -> Option<Side> {
         self.spend(1)?;
-        if !barrier.bounds.overlaps(thing) {
+        if !barrier.bounds.overlaps(bounds) {
             return Some(Side::Of(0));
         }
-        let side = match barrier.wall {
-            Wall::Sphere(sphere) => side_of_sphere(&self.surfaces.scene.spheres()[sphere as usize], thing),
-            Wall::Part(_) => self.side_of_part(number, &barrier.bounds, thing)?,
+        let side = match (barrier.wall, thing) {
+            (Wall::Part(_), _) => self.side_of_part(number, &barrier.bounds, bounds)?,
+            (Wall::Sphere(wall), Thing::Sphere(sphere)) => side_of_sphere(self.sphere(wall), sphere),
+            (Wall::Sphere(wall), _) => side_of_box(self.sphere(wall), bounds),
         };
-        let parts = matches!(side, Side::Of(winding) if winding != 0);
-        Some(if parts && !self.is_bare(number) { Side::Of(0) } else { side })
+        match (side, thing) {
+            (Side::Of(0), _) => Some(side),
+            (Side::Of(_), _) => Some(if self.is_bare(number) { side } else { Side::Of(0) }),
+            (Side::Either, Thing::Faces(faces)) if self.are_outside(faces, &barrier.bounds)? => {
+                Some(Side::Of(0))
+            }
+            (Side::Either, _) => Some(side),
+        }
+    }
+
+    fn sphere(&self, number: u32) -> &SphereDesc {
+        &self.surfaces.scene.spheres()[number as usize]
+    }
+
+    /// Whether none comes near the box around a barrier.
+    fn are_outside(&self, faces: &[Face], barrier: &Aabb) -> Option<bool> {
+        self.spend(faces.len() as u64)?;
+        let triangles = &self.surfaces.triangles;
+        Some(!faces.par_iter().any(|face| touches(triangles, *face, barrier)))
     }
 
     /// The winding number is the same in the whole box, where no face comes near it.
     fn side_of_part(&self, number: u32, bounds: &Aabb, thing: &Aabb) -> Option<Side> {
         let (triangles, faces) = (&self.surfaces.triangles, self.faces(number));
         self.spend(faces.len() as u64)?;
-        if faces.par_iter().any(|face| triangles.bounds(*face).overlaps(thing)) {
+        if faces.par_iter().any(|face| touches(triangles, *face, thing)) {
             return Some(Side::Either);
         }
         if !bounds.contains_box(thing) {
@@ -195,7 +229,7 @@ impl<'s> Barriers<'s> {
     fn is_bare(&self, barrier: u32) -> bool {
         let Barrier { wall, bounds, is_bare } = &self.all[barrier as usize];
         *is_bare.get_or_init(|| match wall {
-            Wall::Sphere(number) => !self.is_doubled(&self.surfaces.scene.spheres()[*number as usize]),
+            Wall::Sphere(number) => !self.is_doubled(self.sphere(*number)),
             Wall::Part(_) => self.has_no_glass_in_it(barrier, bounds).unwrap_or(false),
         })
     }
@@ -247,12 +281,23 @@ fn error_of(sphere: &SphereDesc) -> f64 {
 }
 
 /// By the points of the box that are nearest to and farthest from the centre.
-fn side_of_sphere(sphere: &SphereDesc, thing: &Aabb) -> Side {
-    let from = |corner: Vec3| sphere.center.as_dvec3() - corner.as_dvec3();
+fn side_of_box(wall: &SphereDesc, thing: &Aabb) -> Side {
+    let from = |corner: Vec3| wall.center.as_dvec3() - corner.as_dvec3();
     let (below, above) = (from(thing.min), from(thing.max));
     let nearest = (-below).max(above).max(DVec3::ZERO).length();
     let farthest = below.abs().max(above.abs()).length();
-    let (radius, error) = (f64::from(sphere.radius), error_of(sphere));
+    side_between(wall, nearest, farthest, error_of(wall))
+}
+
+/// By the points of the sphere that are nearest to and farthest from the centre.
+fn side_of_sphere(wall: &SphereDesc, sphere: &SphereDesc) -> Side {
+    let (apart, radius) =
+        (wall.center.as_dvec3().distance(sphere.center.as_dvec3()), f64::from(sphere.radius));
+    side_between(wall, (apart - radius).abs(), apart + radius, error_of(wall) + error_of(sphere))
+}
+
+fn side_between(wall: &SphereDesc, nearest: f64, farthest: f64, error: f64) -> Side {
+    let radius = f64::from(wall.radius);
     if farthest < radius - error {
         Side::Of(1)
     } else if nearest > radius + error {
@@ -262,41 +307,189 @@ fn side_of_sphere(sphere: &SphereDesc, thing: &Aabb) -> Side {
     }
 }
 
-/// The signed distances of `points` from the plane of a triangle; positive before it.
-fn heights(triangle: [Vec3; 3], points: [Vec3; 3]) -> [f64; 3] {
-    let [a, b, c] = triangle.map(|corner| corner.as_dvec3());
-    let normal = (b - a).cross(c - a).normalize_or_zero();
-    points.map(|p| normal.dot(p.as_dvec3() - a))
-}
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
 
-fn tolerance(corners: [Vec3; 3]) -> f64 {
-    let largest = corners.iter().fold(0.0, |m: f32, corner| m.max(corner.abs().max_element()));
-    2.0 * f64::from(RELATIVE_POSITION_ERROR * largest)
-}
+    use super::super::testing::{
+        BLACK, GLASS, MIRROR, WALL, ball, ceiling, cube, room, scene, without_triangle,
+    };
+    use super::*;
+    use crate::math::Frame;
+    use crate::scene::{Mesh, SceneDesc};
 
-/// Whether `other` leaves the front of `lamp` as it is: because it is behind it, or beyond one of its sides.
-fn is_clear_of(lamp: [Vec3; 3], other: [Vec3; 3]) -> bool {
-    let error = tolerance(lamp).max(tolerance(other));
-    let heights = heights(lamp, other);
-    let is_behind = heights.iter().all(|h| *h <= error) && heights.iter().any(|h| *h < -error);
-    is_behind || (0..3).any(|side| is_beyond(lamp, side, other, error))
-}
-
-/// Whether all of `other` is outward of the plane through one side of a triangle, upright on it.
-fn is_beyond(triangle: [Vec3; 3], side: usize, other: [Vec3; 3], error: f64) -> bool {
-    let [a, b, c] = [0, 1, 2].map(|k| triangle[(side + k) % 3].as_dvec3());
-    let outward = (b - a).cross((b - a).cross(c - a)).normalize_or_zero();
-    let outward = if outward.dot(c - a) > 0.0 { -outward } else { outward };
-    other.iter().all(|p| outward.dot(p.as_dvec3() - a) >= -error)
-}
-
-/// Whether two triangles lie in one plane, up to the errors of their points, and may overlap.
-fn are_in_one_place(triangles: &Triangles, a: Face, b: Face) -> bool {
-    if !triangles.bounds(a).overlaps(&triangles.bounds(b)) {
-        return false;
+    fn point(p: Vec3) -> Thing<'static> {
+        Thing::Box(Aabb::of_points([p]))
     }
-    let (a, b) = (triangles.corners(a), triangles.corners(b));
-    let error = tolerance(a).max(tolerance(b));
-    let lies_in = |plane, other| heights(plane, other).iter().all(|h| h.abs() <= error);
-    lies_in(a, b) || lies_in(b, a)
+
+    /// The region of each point in the room with these meshes and spheres, and without its own walls.
+    fn regions(meshes: Vec<Mesh>, spheres: Vec<SphereDesc>, points: &[Vec3]) -> Vec<Region> {
+        let scene = scene(SceneDesc { meshes, spheres, ..room() });
+        let surfaces = Surfaces::of(&scene);
+        assert!(surfaces.may_part);
+        let barriers = Barriers::of(&surfaces);
+        points.iter().map(|p| barriers.region(point(*p))).collect()
+    }
+
+    fn known(sides: &[(u32, i32)]) -> Region {
+        Region::Known(sides.iter().map(|&(barrier, winding)| (barrier, Side::Of(winding))).collect())
+    }
+
+    /// Something specular, so that barriers are looked for.
+    fn reason() -> Mesh {
+        ceiling("mirror", 50.0 * Vec3::Y, 1.0, MIRROR)
+    }
+
+    #[test]
+    fn closed_surfaces_part_and_open_ones_do_not() {
+        let points = [Vec3::ZERO, 3.0 * Vec3::X];
+        let regions_of = |mesh: Mesh| regions(vec![mesh, reason()], vec![], &points);
+        assert_eq!(regions_of(cube("box", Vec3::ZERO, 1.0, WALL)), [known(&[(0, 1)]), known(&[])]);
+        assert_eq!(regions_of(Mesh::inward_cube("box", WALL)), [known(&[(0, -1)]), known(&[])]);
+        for triangle in 0..12 {
+            let open = without_triangle(cube("box", Vec3::ZERO, 1.0, WALL), triangle);
+            assert_eq!(regions_of(open), [known(&[]), known(&[])], "without triangle {triangle}");
+        }
+        let mut window = cube("box", Vec3::ZERO, 1.0, WALL);
+        window.materials[3] = GLASS;
+        assert_eq!(regions_of(window), [known(&[]), known(&[])]);
+    }
+
+    #[test]
+    fn spheres_part_unless_they_are_clear() {
+        let points = [Vec3::ZERO, 0.999 * Vec3::X, 1.001 * Vec3::X, Vec3::X];
+        let of = |material| regions(vec![reason()], vec![ball(Vec3::ZERO, 1.0, material)], &points);
+        let on_it = Region::Known(vec![(0, Side::Either)]);
+        assert_eq!(of(MIRROR), [known(&[(0, 1)]), known(&[(0, 1)]), known(&[]), on_it]);
+        assert!(of(GLASS).iter().all(|region| *region == known(&[])));
+    }
+
+    /// What comes near to a wall may be on either side of it.
+    #[test]
+    fn boxes_that_touch_a_wall_are_on_both_sides() {
+        let scene = scene(SceneDesc { meshes: vec![cube("box", Vec3::ZERO, 1.0, WALL), reason()], ..room() });
+        let surfaces = Surfaces::of(&scene);
+        let barriers = Barriers::of(&surfaces);
+        let side = |center: Vec3, half: f32| barriers.region(Thing::Box(Aabb::of_sphere(center, half)));
+        let either = Region::Known(vec![(0, Side::Either)]);
+        assert_eq!(side(Vec3::ZERO, 0.99), known(&[(0, 1)]));
+        assert_eq!(
+            [side(Vec3::ZERO, 1.0), side(Vec3::ZERO, 2.0), side(Vec3::X, 0.1)],
+            [(); 3].map(|()| either.clone())
+        );
+        assert_eq!(side(1.2 * Vec3::X, 0.1), known(&[]));
+    }
+
+    /// Where glass lies in a wall, a ray may meet the glass and go on behind the wall.
+    #[test]
+    fn walls_with_glass_in_the_same_place_do_not_part() {
+        let points = [Vec3::ZERO, 3.0 * Vec3::X];
+        let apart = |height: f32| {
+            let pane = ceiling("pane", height * Vec3::Y, 0.5, GLASS);
+            let regions = regions(vec![cube("box", Vec3::ZERO, 1.0, WALL), pane], vec![], &points);
+            !regions[0].meets(&regions[1])
+        };
+        assert_eq!([1.0, 0.99, 1.01].map(apart), [false, true, true]);
+        let around = |radius: f32| {
+            let spheres = vec![ball(Vec3::ZERO, 1.0, WALL), ball(Vec3::ZERO, radius, GLASS)];
+            let regions = regions(vec![], spheres, &points);
+            !regions[0].meets(&regions[1])
+        };
+        assert_eq!([1.0, 0.99, 1.01].map(around), [false, true, true]);
+    }
+
+    #[test]
+    fn nothing_is_known_when_the_effort_is_spent() {
+        let scene = scene(SceneDesc { meshes: vec![cube("box", Vec3::ZERO, 1.0, WALL), reason()], ..room() });
+        let surfaces = Surfaces::of(&scene);
+        let barriers = Barriers::of(&surfaces);
+        barriers.effort.set(20);
+        assert_eq!(barriers.region(point(Vec3::ZERO)), Region::Unknown);
+    }
+
+    /// A lamp in the floor of a box, outward or inward, whichever way the rest faces.
+    #[test]
+    fn lamps_in_a_barrier_shine_to_one_side() {
+        for (turn_lamp, turn_rest) in [(false, false), (false, true), (true, false), (true, true)] {
+            let mut cube = cube("box", Vec3::ZERO, 1.0, WALL);
+            let turn = |k: usize| if k < 2 { turn_lamp } else { turn_rest };
+            (0..12).filter(|&k| turn(k)).for_each(|k| cube.triangles[k].reverse());
+            let scene = scene(SceneDesc { meshes: vec![cube, reason()], ..room() });
+            let surfaces = Surfaces::of(&scene);
+            let barriers = Barriers::of(&surfaces);
+            let inside = barriers.region(point(Vec3::ZERO));
+            let front = barriers.front(0, &[Face { mesh: 0, triangle: 0 }, Face { mesh: 0, triangle: 1 }]);
+            let region = known(&[]).moved(0, front);
+            assert!(matches!(front, Side::Of(_)), "{turn_lamp} {turn_rest}");
+            assert_eq!(region.meets(&inside), turn_lamp, "{turn_lamp} {turn_rest}");
+        }
+    }
+
+    /// Whether a ray from `p` leaves a closed surface of these triangles behind, or never was within.
+    fn parity(triangles: &[[Vec3; 3]], p: Vec3, dir: DVec3) -> i32 {
+        let crossed = triangles.iter().filter(|triangle| {
+            let [a, b, c] = triangle.map(|corner| corner.as_dvec3() - p.as_dvec3());
+            let sides = [dir.dot(a.cross(b)), dir.dot(b.cross(c)), dir.dot(c.cross(a))];
+            let normal = (b - a).cross(c - a);
+            let alike = sides.iter().all(|s| *s > 0.0) || sides.iter().all(|s| *s < 0.0);
+            alike && normal.dot(a) / normal.dot(dir) > 0.0
+        });
+        crossed.count() as i32 % 2
+    }
+
+    prop_compose! {
+        /// A box of any shape and place.
+        fn any_box()(
+            middle in prop::array::uniform3(-3f32..3.0),
+            half in prop::array::uniform3(0.2f32..3.0),
+            axis in prop::array::uniform3(-1f32..1.0),
+        ) -> Mesh {
+            let mut mesh = cube("box", Vec3::ZERO, 1.0, BLACK);
+            let frame = Frame::around(Vec3::from(axis).normalize_or(Vec3::X));
+            let place = |v: Vec3| Vec3::from(middle) + frame.to_world(Vec3::from(half) * v);
+            mesh.vertices.iter_mut().for_each(|v| *v = place(*v));
+            mesh
+        }
+    }
+
+    prop_compose! {
+        fn any_ball()(middle in prop::array::uniform3(-3f32..3.0), radius in 0.2f32..3.0) -> SphereDesc {
+            ball(Vec3::from(middle), radius, MIRROR)
+        }
+    }
+
+    proptest! {
+        /// Sides are those that rays tell, of boxes and balls that may cut each other.
+        #[test]
+        fn sides_are_what_rays_count(
+            boxes in prop::collection::vec(any_box(), 0..5),
+            balls in prop::collection::vec(any_ball(), 1..4),
+            points in prop::collection::vec(prop::array::uniform3(-4f32..4.0), 1..12),
+        ) {
+            let points: Vec<Vec3> = points.into_iter().map(Vec3::from).collect();
+            let dir = DVec3::new(0.267, 0.534, 0.802);
+            for (p, region) in points.iter().zip(regions(boxes.clone(), balls.clone(), &points)) {
+                let within_box = |mesh: &Mesh| {
+                    let triangles: Vec<[Vec3; 3]> = (0..12).map(|k| mesh.corners(k)).collect();
+                    parity(&triangles, *p, dir)
+                };
+                let within_ball = |ball: &SphereDesc| i32::from(ball.center.distance(*p) < ball.radius);
+                let counted: Vec<i32> =
+                    boxes.iter().map(within_box).chain(balls.iter().map(within_ball)).collect();
+                let Region::Known(sides) = &region else { panic!("effort") };
+                for (barrier, winding) in (0..).zip(counted) {
+                    let side = sides.iter().find(|side| side.0 == barrier).map_or(Side::Of(0), |side| side.1);
+                    let is_near = match boxes.get(barrier as usize) {
+                        Some(mesh) => (0..12).any(|k| super::super::contacts::heights(mesh.corners(k), [*p; 3])[0].abs() < 1e-4),
+                        None => {
+                            let ball = &balls[barrier as usize - boxes.len()];
+                            (ball.center.distance(*p) - ball.radius).abs() < 1e-4
+                        }
+                    };
+                    let is_right = side == Side::Of(winding) || (side == Side::Either && is_near);
+                    prop_assert!(is_right, "{p}: {side:?} of barrier {barrier}");
+                }
+            }
+        }
+    }
 }

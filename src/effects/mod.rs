@@ -1,6 +1,7 @@
 //! Which effects a scene calls for, and so what a render simulates.
 
 mod barriers;
+mod contacts;
 pub mod declare;
 mod effect;
 mod faces;

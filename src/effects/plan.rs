@@ -93,9 +93,9 @@ impl Plan {
             decisions.push(decision);
             on
         };
-        let photons = decide("photon passes", rules::photons(facts, classes));
+        let photons = decide(PHOTONS, rules::photons(facts, classes));
         let refraction = decide("refraction", rules::refraction(facts));
-        let can_aim = decide("aimed photons", rules::aiming(facts, classes));
+        let can_aim = decide(AIMING, rules::aiming(facts, classes));
         let retraced = decide("eye paths anew in each pass", rules::retracing(facts));
         let eye_paths = if retraced { EyePaths::Retraced } else { EyePaths::Fixed };
         Plan { classes, eye_paths, photons, refraction, can_aim, dropped_lights, decisions }
@@ -106,7 +106,8 @@ impl Plan {
         !self.dropped_lights.iter().any(|dropped| dropped.numbers.binary_search(&number).is_ok())
     }
 
-    /// What is left after an eye pass that left so many hit points: without any, a picture that is finished.
+    /// What is left after an eye pass that left so many hit points: without any, lamps that are seen and nothing more, so that the
+    /// picture is finished.
     ///
     /// Proof: light is collected at hit points alone, so each sum over them is empty and stays so. Eye paths that are traced
     /// anew may find some later, so there nothing changes.
@@ -115,17 +116,19 @@ impl Plan {
         if hit_points > 0 || self.eye_paths == EyePaths::Retraced {
             return self;
         }
-        (self.classes, self.photons, self.can_aim) = (PathClasses::NONE, false, false);
-        let names = PathClass::ALL.map(light_name);
-        let is_over =
-            |what: &str| names.contains(&what) || ["photon passes", "aimed photons"].contains(&what);
-        for decision in self.decisions.iter_mut().filter(|decision| decision.on && is_over(&decision.what)) {
+        self.classes = self.classes.and([PathClass::Direct].into_iter().collect());
+        (self.photons, self.can_aim) = (false, false);
+        let by_photons = [PHOTONS, AIMING, light_name(PathClass::Caustic), light_name(PathClass::Indirect)];
+        for decision in self.decisions.iter_mut().filter(|d| d.on && by_photons.contains(&d.what.as_str())) {
             decision.on = false;
             decision.because = "the eye paths found no surface that reflects diffusely".into();
         }
         self
     }
 }
+
+const PHOTONS: &str = "photon passes";
+const AIMING: &str = "aimed photons";
 
 fn light_name(class: PathClass) -> &'static str {
     match class {

@@ -2,7 +2,7 @@
 
 use std::cell::OnceCell;
 
-use super::barriers::Barriers;
+use super::barriers::{Barriers, Thing};
 use super::faces::Face;
 use super::region::{Region, Side};
 use super::surfaces::{Object, Shape, Surfaces};
@@ -40,7 +40,7 @@ pub(super) struct Reach<'s> {
 impl<'s> Reach<'s> {
     pub fn of(surfaces: &'s Surfaces<'s>) -> Reach<'s> {
         let barriers = if surfaces.may_part { Barriers::of(surfaces) } else { Barriers::none(surfaces) };
-        let camera = barriers.region(camera_box(surfaces.scene.view()));
+        let camera = barriers.region(Thing::Box(camera_box(surfaces.scene.view())));
         let objects = surfaces.objects();
         let (points, dark) = surfaces.point_lights();
         let first_lamp = points.len() as u32;
@@ -48,7 +48,7 @@ impl<'s> Reach<'s> {
             item: Item::PointLight(number),
             lights: vec![rank],
             effect: Effect::DeltaLight,
-            region: barriers.region(Aabb::of_points([light.position])),
+            region: barriers.region(Thing::Box(Aabb::of_points([light.position]))),
         });
         let points: Vec<Source> = points.collect();
         let lamps = lamps(surfaces, &barriers, &objects, first_lamp);
@@ -74,7 +74,12 @@ impl<'s> Reach<'s> {
     }
 
     fn region(&self, (object, region): &'s (Object, OnceCell<Region>)) -> &'s Region {
-        region.get_or_init(|| self.barriers.region(object.bounds))
+        region.get_or_init(|| {
+            self.barriers.region(match object.shape {
+                Shape::Sphere(number) => Thing::Sphere(&self.surfaces.scene.spheres()[number]),
+                shape => Thing::Faces(self.surfaces.faces(shape)),
+            })
+        })
     }
 }
 
@@ -91,7 +96,7 @@ fn lamps(surfaces: &Surfaces, barriers: &Barriers, objects: &[Object], first: u3
         let place = |face: &Face| all.binary_search(face).ok();
         let faces: Vec<Face> =
             surfaces.faces(object.shape).iter().copied().filter(|face| place(face).is_some()).collect();
-        let region = barriers.region(surfaces.triangles.bounds_of(&faces));
+        let region = barriers.region(Thing::Faces(&faces));
         Some(Source {
             item: Item::Mesh(faces.first()?.mesh),
             lights: faces.iter().filter_map(place).map(|place| first + place as u32).collect(),

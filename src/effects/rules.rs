@@ -113,7 +113,7 @@ pub(super) fn effects(facts: &Facts) -> Vec<Decision> {
     Effect::ALL.map(|effect| Decision::of(effect.name(), verdict(effect).clone())).into()
 }
 
-/// Whether paths of a kind bring any light.
+/// Whether paths of a kind bring any light. Lamps that are seen go with direct light.
 ///
 /// Proof: each begins at a light of power (else all its samples are zero) and ends at a receiver, the `D` before the eye (else
 /// there is no hit point and no photon is stored). `L S+ D` holds a specular event at some caster between the two, on their
@@ -123,12 +123,12 @@ pub(super) fn paths(facts: &Facts, class: PathClass) -> Verdict {
     if !facts.asked.contains(class) {
         return Err("not asked for".into());
     }
-    facts.light.clone()?;
-    let receiver = facts.receiver.clone()?;
-    match class {
-        PathClass::Direct => facts.light.clone(),
-        PathClass::Caustic => facts.caster.clone(),
-        PathClass::Indirect => Ok(receiver),
+    let light = facts.light.clone()?;
+    match (class, facts.receiver.clone()) {
+        (PathClass::Direct, Ok(_)) => Ok(light),
+        (PathClass::Direct, Err(because)) => facts.lamp.clone().map_err(|_| because),
+        (PathClass::Caustic, receiver) => receiver.and_then(|_| facts.caster.clone()),
+        (PathClass::Indirect, receiver) => receiver,
     }
 }
 
@@ -190,4 +190,265 @@ pub(super) fn dropped_lights(scene: &Scene, reach: &Reach) -> Vec<DroppedLight> 
         because: "has no power".into(),
     });
     shut_off.chain(dark).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{
+        BLACK, GLASS, LAMP, MIRROR, ball, ceiling, cube, room, scene, without_triangle,
+    };
+    use super::super::{EyePaths, Plan};
+    use super::*;
+    use crate::math::{Rgb, Vec3};
+    use crate::scene::{Mesh, PointLightDesc, SceneDesc};
+
+    fn plan(desc: &SceneDesc) -> Plan {
+        Plan::of(&scene(desc.clone()), PathClasses::ALL)
+    }
+
+    /// Whether something is on, and why.
+    fn decision<'p>(plan: &'p Plan, what: &str) -> (bool, &'p str) {
+        let decision = plan.decisions.iter().find(|decision| decision.what == what).unwrap();
+        (decision.on, &decision.because)
+    }
+
+    /// The same with a hole of one triangle in each mesh in turn.
+    fn opened(desc: &SceneDesc, mesh: usize) -> Vec<SceneDesc> {
+        let open = |triangle| {
+            let mut open = desc.clone();
+            open.meshes[mesh] = without_triangle(open.meshes[mesh].clone(), triangle);
+            open
+        };
+        (0..desc.meshes[mesh].triangles.len()).map(open).collect()
+    }
+
+    /// What is off in a scene, for a reason that names `words`, and on again wherever one triangle of a mesh is missing.
+    fn is_off_unless_opened(desc: &SceneDesc, mesh: usize, what: &str, words: &str) {
+        let closed = plan(desc);
+        let (on, because) = decision(&closed, what);
+        assert!(!on && because.contains(words), "{closed}");
+        for open in opened(desc, mesh) {
+            let plan = plan(&open);
+            assert!(decision(&plan, what).0, "{what} one triangle away:\n{plan}");
+        }
+    }
+
+    /// A small box that things may be hidden in, as the last mesh.
+    fn with_case(mut desc: SceneDesc, middle: Vec3, half: f32) -> SceneDesc {
+        desc.meshes.push(cube("case", middle, half, BLACK));
+        desc
+    }
+
+    const CORNER: Vec3 = Vec3::new(-0.5, -0.6, -0.3);
+
+    #[test]
+    fn a_room_of_walls_calls_for_direct_and_indirect_light_alone() {
+        let plan = plan(&room());
+        assert_eq!(plan.classes.to_string(), "direct,indirect");
+        assert!(plan.photons && !plan.refraction && !plan.can_aim && plan.eye_paths == EyePaths::Fixed);
+        assert_eq!(decision(&plan, "caustics"), (false, "no surface mirrors or refracts"));
+        assert_eq!(decision(&plan, "direct light"), (true, "point_light 1"));
+        assert_eq!(decision(&plan, "indirect light"), (true, "room of `wall`"));
+        assert_eq!(decision(&plan, "area lights"), (false, "no surface that shines has power"));
+        assert!(decision(&plan, "eye paths anew in each pass").1.contains("camera is a pinhole"));
+    }
+
+    #[test]
+    fn specular_surfaces_in_the_room_call_for_caustics() {
+        for (material, refracts) in [(GLASS, true), (MIRROR, false)] {
+            let mut desc = room();
+            desc.spheres.push(ball(CORNER, 0.2, material));
+            let plan = plan(&desc);
+            assert!(
+                plan.classes == PathClasses::ALL && plan.can_aim && plan.refraction == refracts,
+                "{plan}"
+            );
+            assert!(decision(&plan, "caustics").1.starts_with("sphere 1 of `"), "{plan}");
+        }
+        let mut black = room();
+        black.materials[MIRROR as usize].bsdf = crate::bsdf::Bsdf::Mirror { reflectance: Rgb::ZERO };
+        black.spheres.push(ball(CORNER, 0.2, MIRROR));
+        assert!(!decision(&plan(&black), "caustics").0, "a mirror that reflects nothing");
+    }
+
+    #[test]
+    fn glass_outside_of_a_closed_room_is_left_out() {
+        let mut desc = room();
+        desc.spheres.push(ball(3.0 * Vec3::X, 0.5, GLASS));
+        for what in
+            ["caustics", "refraction", "aimed photons", "specular transmission", "specular reflection"]
+        {
+            is_off_unless_opened(&desc, 0, what, "sphere 1 of `glass` is shut off from");
+        }
+        desc.spheres[0].center.x = 1.4;
+        assert!(plan(&desc).refraction, "glass that comes in through the wall");
+    }
+
+    #[test]
+    fn glass_in_a_sealed_box_is_left_out() {
+        let mut desc = with_case(room(), CORNER, 0.25);
+        desc.spheres.push(ball(CORNER, 0.2, GLASS));
+        is_off_unless_opened(&desc, 1, "caustics", "shut off from the camera by case");
+        let mut meshes = with_case(room(), CORNER, 0.25);
+        meshes.meshes.push(cube("prism", CORNER, 0.1, GLASS));
+        is_off_unless_opened(&meshes, 1, "caustics", "prism of `glass` is shut off from the camera by case");
+        let mut in_ball = room();
+        in_ball.spheres.extend([ball(CORNER, 0.2, GLASS), ball(CORNER, 0.3, BLACK)]);
+        assert!(decision(&plan(&in_ball), "caustics").1.contains("by sphere 2"));
+        in_ball.spheres[1].radius = 0.1;
+        assert!(plan(&in_ball).can_aim, "the ball is in the glass");
+    }
+
+    #[test]
+    fn lights_in_a_sealed_box_are_dropped() {
+        let mut desc = with_case(room(), CORNER, 0.25);
+        desc.point_lights.insert(0, PointLightDesc { position: CORNER, intensity: Rgb::ONE });
+        desc.point_lights.insert(0, PointLightDesc { position: Vec3::ZERO, intensity: Rgb::ZERO });
+        let closed = plan(&desc);
+        let dropped: Vec<(&str, &[u32])> =
+            closed.dropped_lights.iter().map(|d| (d.light.as_str(), &d.numbers[..])).collect();
+        assert_eq!(dropped, [("point_light 2", &[0][..]), ("point_light 1", &[])]);
+        assert_eq!(closed.dropped_lights[1].because, "has no power");
+        assert!(
+            !closed.keeps_light(0) && closed.keeps_light(1) && closed.classes.contains(PathClass::Direct)
+        );
+        for open in opened(&desc, 1) {
+            let plan = plan(&open);
+            assert!(plan.keeps_light(0) && plan.dropped_lights.len() == 1, "{plan}");
+        }
+        desc.point_lights.pop();
+        // One light alone is looked at where something is specular.
+        desc.spheres.push(ball(Vec3::ZERO, 0.1, GLASS));
+        for what in ["photon passes", "direct light", "caustics", "indirect light", "point lights"] {
+            is_off_unless_opened(&desc, 1, what, "point_light 2 is shut off from the camera by case");
+        }
+    }
+
+    /// Lamps of several triangles are numbered as the scene numbers its lights.
+    #[test]
+    fn lamps_in_a_sealed_box_are_dropped() {
+        let mut desc = with_case(room(), CORNER, 0.25);
+        desc.meshes.push(ceiling("hidden", CORNER, 0.1, LAMP));
+        desc.meshes.push(ceiling("lamp", 0.9 * Vec3::Y, 0.5, LAMP));
+        let scene = scene(desc.clone());
+        let closed = Plan::of(&scene, PathClasses::ALL);
+        assert_eq!((scene.lights().len(), closed.dropped_lights.len()), (5, 1));
+        assert_eq!(
+            (closed.dropped_lights[0].light.as_str(), &closed.dropped_lights[0].numbers[..]),
+            ("hidden", &[1, 2][..])
+        );
+        assert_eq!(decision(&closed, "lamps in the picture"), (true, "lamp of `lamp`"));
+        assert!(opened(&desc, 1).iter().all(|open| plan(open).dropped_lights.is_empty()));
+    }
+
+    /// A part of the wall that shines out lights nothing inside; turned round it does.
+    #[test]
+    fn lamps_in_the_wall_light_the_side_that_they_face() {
+        let lit_by_wall = |turned: bool| {
+            let mut desc = room();
+            desc.spheres.push(ball(CORNER, 0.2, GLASS));
+            desc.point_lights.clear();
+            desc.meshes[0].materials[6..8].fill(LAMP);
+            desc.meshes[0].triangles[6..8].iter_mut().filter(|_| turned).for_each(|t| t.reverse());
+            desc
+        };
+        let inward = plan(&lit_by_wall(false));
+        assert!(inward.photons && inward.dropped_lights.is_empty(), "{inward}");
+        let desc = lit_by_wall(true);
+        let outward = plan(&desc);
+        assert!(!outward.photons && outward.dropped_lights[0].numbers == [0, 1], "{outward}");
+        assert!(opened(&desc, 0).iter().all(|open| plan(open).photons));
+    }
+
+    #[test]
+    fn without_a_receiver_there_are_no_photons() {
+        let mut desc = room();
+        desc.meshes[0].materials.fill(MIRROR);
+        let dark = plan(&desc);
+        assert!(dark.classes == PathClasses::NONE && !dark.photons, "{dark}");
+        assert!(decision(&dark, "direct light").1.contains("no surface reflects diffusely"));
+        // Outside of the room a receiver is none; a lamp in it is seen with direct light.
+        desc.meshes.push(ceiling("floor", 3.0 * Vec3::Y, 1.0, 0));
+        is_off_unless_opened(
+            &desc,
+            0,
+            "photon passes",
+            "floor of `wall` is shut off from the camera by room",
+        );
+        desc.meshes.push(ceiling("lamp", 0.9 * Vec3::Y, 0.5, LAMP));
+        let lamp = plan(&desc);
+        assert!(!lamp.photons && lamp.classes.to_string() == "direct", "{lamp}");
+        let mut lit = room();
+        lit.meshes[0].materials.fill(MIRROR);
+        lit.meshes.push(ceiling("floor", Vec3::ZERO, 1.0, 0));
+        assert!(plan(&lit).photons);
+    }
+
+    #[test]
+    fn a_camera_in_a_sealed_box_sees_no_light_from_outside() {
+        let mut desc = room();
+        desc.spheres.push(ball(CORNER, 0.2, GLASS));
+        desc.camera.position = Vec3::new(0.5, 0.5, 0.5);
+        let desc = with_case(desc, Vec3::splat(0.5), 0.25);
+        is_off_unless_opened(&desc, 1, "photon passes", "point_light 1 is shut off from the camera by case");
+        is_off_unless_opened(
+            &desc,
+            1,
+            "diffuse reflection",
+            "room of `wall` is shut off from the camera by case",
+        );
+    }
+
+    #[test]
+    fn only_what_is_asked_for_is_simulated() {
+        let mut desc = room();
+        desc.spheres.push(ball(CORNER, 0.2, GLASS));
+        let scene = scene(desc);
+        for (asked, photons, can_aim) in [
+            ("direct", false, false),
+            ("caustic", true, true),
+            ("indirect", true, false),
+            ("direct,indirect", true, false),
+        ] {
+            let classes: PathClasses =
+                asked.split(',').map(|name| name.parse::<PathClass>().unwrap()).collect();
+            for plan in [Plan::of(&scene, classes), Plan::everything(&scene, classes)] {
+                assert_eq!((plan.classes, plan.photons, plan.can_aim), (classes, photons, can_aim), "{plan}");
+            }
+        }
+    }
+
+    #[test]
+    fn everything_is_on_where_nothing_calls_for_it() {
+        let mut desc = room();
+        desc.point_lights.clear();
+        let plan = Plan::everything(&scene(desc), PathClasses::ALL);
+        assert!(plan.classes == PathClasses::ALL && plan.photons && plan.refraction && plan.can_aim);
+        assert!(plan.dropped_lights.is_empty() && plan.eye_paths == EyePaths::Fixed);
+    }
+
+    #[test]
+    fn eyes_that_found_nothing_need_no_photons() {
+        let mut desc = room();
+        desc.meshes.push(ceiling("lamp", 0.9 * Vec3::Y, 0.5, LAMP));
+        let plan = plan(&desc);
+        assert_eq!(plan.clone().finish_if_blind(1), plan);
+        let blind = plan.clone().finish_if_blind(0);
+        assert!(!blind.photons && blind.classes.to_string() == "direct", "{blind}");
+        assert_eq!(
+            decision(&blind, "indirect light").1,
+            "the eye paths found no surface that reflects diffusely"
+        );
+        let retraced = Plan { eye_paths: EyePaths::Retraced, ..plan };
+        assert_eq!(retraced.clone().finish_if_blind(0), retraced);
+    }
+
+    /// Nothing is looked at where nothing can be gained: with one light and nothing specular.
+    #[test]
+    fn barriers_are_looked_for_where_they_may_matter() {
+        let mut desc = with_case(room(), Vec3::new(0.15, 0.55, -0.1), 0.1);
+        assert!(plan(&desc).photons, "the only light, and nothing specular");
+        desc.meshes.push(Mesh { name: "lamp".into(), ..ceiling("lamp", CORNER, 0.1, LAMP) });
+        assert_eq!(plan(&desc).dropped_lights.len(), 1);
+    }
 }

@@ -3,7 +3,7 @@
 use super::faces::{Face, Parts, Triangles, Vertices};
 use super::{Effect, EffectSet, declare};
 use crate::light::Light;
-use crate::math::{Aabb, Rgb};
+use crate::math::Rgb;
 use crate::scene::{Item, Mesh, PointLightDesc, Scene, SphereDesc};
 
 /// All surfaces of a scene by what hangs together.
@@ -23,7 +23,6 @@ pub(super) struct Surfaces<'s> {
 pub(super) struct Object {
     pub shape: Shape,
     pub effects: EffectSet,
-    pub bounds: Aabb,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,12 +78,11 @@ impl<'s> Surfaces<'s> {
             let faces = self.faces(shape);
             let effects = faces.iter().map(|face| self.face_effects(*face));
             let effects = effects.fold(EffectSet::NONE, EffectSet::union);
-            Object { shape, effects, bounds: self.triangles.bounds_of(faces) }
+            Object { shape, effects }
         });
         let spheres = self.scene.spheres().iter().enumerate().map(|(number, sphere)| Object {
             shape: Shape::Sphere(number),
             effects: self.sphere_effects(sphere),
-            bounds: Aabb::of_sphere(sphere.center, sphere.radius),
         });
         pieces.chain(spheres).collect()
     }

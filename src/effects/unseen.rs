@@ -44,9 +44,10 @@ mod tests {
     #[test]
     fn it_is_told_once_and_only_if_no_photon_ever_came() {
         assert_eq!(told([0; 30]), [8]);
-        assert_eq!(told([0; 7]), []);
+        assert!(told([0; 7]).is_empty());
         for first in 0..8 {
-            assert_eq!(told((0..30).map(|pass| u64::from(pass == first))), [], "a photon in pass {first}");
+            let told = told((0..30).map(|pass| u64::from(pass == first)));
+            assert!(told.is_empty(), "a photon in pass {first}: {told:?}");
         }
         assert_eq!(told((0..30).map(|pass| u64::from(pass == 8))), [8]);
     }
