@@ -13,7 +13,7 @@ fn direct_radiance(scene: &Scene, p: Vec3, normal: Vec3) -> Rgb {
     let hit = scene.intersect(&Ray::new(p + 0.4 * normal, -normal)).expect("a wall");
     assert!((hit.p - p).length() < 1e-3, "hit {} instead of {p}", hit.p);
     let albedo = scene.scatter(&hit, Transport::Camera).albedo;
-    albedo / std::f32::consts::PI * scene.direct_from_points(&hit.receiver()).irradiance
+    albedo / std::f32::consts::PI * scene.direct_from_points(scene.lights(), &hit.receiver()).irradiance
 }
 
 fn assert_radiance(scene: &Scene, p: [f32; 3], normal: Vec3, expected: Rgb) {
@@ -56,7 +56,7 @@ fn flux_of_the_course_light() {
 fn water_casts_a_shadow() {
     let scene = scene("course_water.toml");
     let hit = scene.intersect(&Ray::new(Vec3::new(0.0, 0.4, 40.0), Vec3::NEG_Y)).expect("the floor");
-    assert_eq!(scene.direct_from_points(&hit.receiver()).irradiance, Rgb::ZERO);
+    assert_eq!(scene.direct_from_points(scene.lights(), &hit.receiver()).irradiance, Rgb::ZERO);
 }
 
 /// The sample is where the shadow ray ends: a light exactly on a wall must not be hidden by that wall.
@@ -80,7 +80,7 @@ fn light_behind_the_surface_does_not_leak_through() {
     let scene = Scene::new(desc).unwrap();
     let hit = scene.intersect(&Ray::new(Vec3::new(0.0, 1.0, 20.0), Vec3::NEG_Y)).unwrap();
     assert!(hit.normal.dot(Vec3::new(30.0, -5.0, 0.0)) > 0.0, "the shading normal would see it");
-    assert_eq!(scene.direct_from_points(&hit.receiver()).irradiance, Rgb::ZERO);
+    assert_eq!(scene.direct_from_points(scene.lights(), &hit.receiver()).irradiance, Rgb::ZERO);
 }
 
 /// Lamps shine from the side of their normal alone, to the eye as to photons.

@@ -66,3 +66,13 @@ fn glass_and_water_make_caustics_and_walls_do_not() {
     let [glass, water, walls] = SCENES.map(|name| caustic(&scene_at(name, 48, 40)));
     assert!(glass > 0.005 && water > 0.05 && walls == 0.0, "{glass} {water} {walls}");
 }
+
+/// What the plan leaves out brings exactly nothing: with and without it the same bytes.
+#[test]
+fn plans_leave_out_nothing_that_is_seen() {
+    for scene in scenes() {
+        let planned = rendered(&scene, PathClasses::ALL, Planning::Derived);
+        let everything = rendered(&scene, PathClasses::ALL, Planning::Everything);
+        assert_eq!(planned.picture(), everything.picture());
+    }
+}

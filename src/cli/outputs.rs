@@ -144,7 +144,7 @@ impl Outputs {
             .with("caustica:radius_policy", Value::Text(settings.policy.to_string()))
             .with("caustica:sampling", Value::Text(format!("{:?}", settings.sampling).to_lowercase()))
             .with("caustica:traversal", Value::Text(self.traversal.to_string()))
-            .with("caustica:transport", Value::Text(render.classes().to_string()))
+            .with("caustica:transport", Value::Text(render.plan().classes.to_string()))
             .with("caustica:seed", Value::Text(settings.seed.to_string()))
             .with("caustica:eye_seed", Value::Text(settings.key_of_eye_paths().to_string()));
         let metadata = match self.layers {

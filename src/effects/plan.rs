@@ -55,6 +55,8 @@ pub struct Plan {
     pub photons: bool,
     /// Whether any path of light or from the eye may be refracted.
     pub refraction: bool,
+    /// Whether any path of light or from the eye may meet a surface that mirrors or refracts.
+    pub casters: bool,
     /// Whether light reaches a specular surface, so that photons aimed at such could help.
     pub can_aim: bool,
     /// Lights that are left out.
@@ -98,7 +100,8 @@ impl Plan {
         let can_aim = decide(AIMING, rules::aiming(facts, classes));
         let retraced = decide("eye paths anew in each pass", rules::retracing(facts));
         let eye_paths = if retraced { EyePaths::Retraced } else { EyePaths::Fixed };
-        Plan { classes, eye_paths, photons, refraction, can_aim, dropped_lights, decisions }
+        let casters = rules::casters(facts).is_ok();
+        Plan { classes, eye_paths, photons, refraction, casters, can_aim, dropped_lights, decisions }
     }
 
     /// Whether a light is part of the render, by its number in the order of [`crate::light::Lights::iter`].

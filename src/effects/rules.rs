@@ -154,6 +154,13 @@ pub(super) fn refraction(facts: &Facts) -> Verdict {
     facts.glass.clone()
 }
 
+/// Whether any path may meet a surface that mirrors or refracts.
+///
+/// Proof: as that of [`refraction`].
+pub(super) fn casters(facts: &Facts) -> Verdict {
+    facts.mirror.clone().or_else(|_| facts.glass.clone())
+}
+
 /// Whether photons aimed at casters could help.
 ///
 /// Proof: they bring caustic light alone.

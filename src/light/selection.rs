@@ -26,6 +26,11 @@ impl Lights {
         Lights { delta, area, emitters, photons, shadows }
     }
 
+    /// Those whose numbers, in the order of [`Lights::iter`], are to be kept.
+    pub fn filtered(&self, keep: impl Fn(u32) -> bool) -> Lights {
+        Lights::new(self.iter().zip(0..).filter(|(_, number)| keep(*number)).map(|(light, _)| *light))
+    }
+
     /// Whether nothing emits.
     pub fn is_empty(&self) -> bool {
         self.delta.is_empty() && self.area.is_empty()

@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 
-use super::{HitPoint, HitPoints, Settings};
+use super::{HitPoint, HitPoints, Settings, Stage};
 use crate::bsdf::{Choice, Event, Transport};
 use crate::math::{Ray, Rgb, Rng, Stream, Vec2, mean};
 use crate::scene::{Coherence, Scene, SurfaceHit};
@@ -33,11 +33,13 @@ const BATCH: usize = 8192;
 const SPLIT_WEIGHT: f32 = 1.0 / 4096.0;
 
 /// Traces every eye path of the picture, tile by tile in parallel; the order of the result is that of the tiles.
-pub fn trace(scene: &Scene, settings: &Settings) -> EyePass {
+pub fn trace<'a>(stage: impl Into<Stage<'a>>, settings: &Settings) -> EyePass {
+    let stage = stage.into();
+    let scene = stage.scene;
     let (width, height) = (scene.film().width, scene.film().height);
     let tiles: Vec<Tile> = (0..tiles(scene))
         .into_par_iter()
-        .map_init(Fronts::default, |fronts, k| trace_tile(scene, settings, k, fronts, |_| ()))
+        .map_init(Fronts::default, |fronts, k| trace_tile(stage, settings, k, fronts, |_| ()))
         .collect();
     let mut emitted = vec![Rgb::ZERO; width as usize * height as usize];
     for (pixel, radiance) in tiles.iter().flat_map(|tile| &tile.emitted) {
@@ -57,7 +59,7 @@ pub fn record_rays(scene: &Scene, settings: &Settings) -> Vec<Ray> {
     let rays_of = |k| {
         let mut recorded = Vec::new();
         let see = |rays: &[Ray]| recorded.extend_from_slice(rays);
-        trace_tile(scene, settings, k, &mut Fronts::default(), see);
+        trace_tile(scene.into(), settings, k, &mut Fronts::default(), see);
         recorded
     };
     (0..tiles(scene)).into_par_iter().map(rays_of).collect::<Vec<_>>().concat()
@@ -79,7 +81,7 @@ struct Tile {
 
 /// Shows the rays of every batch to `see` before they are traced.
 fn trace_tile(
-    scene: &Scene,
+    Stage { scene, casters, .. }: Stage,
     settings: &Settings,
     tile: u32,
     fronts: &mut Fronts,
@@ -94,8 +96,7 @@ fn trace_tile(
     let pixel_width = scene.camera().pixel_width();
     let (strata, weight) = (Strata::new(samples), 1.0 / samples as f32);
     let split_weight = SPLIT_WEIGHT * weight;
-    let mut trees =
-        EyeTrees { scene, settings, casters: scene.any_specular(), split_weight, pixel_width, tile };
+    let mut trees = EyeTrees { scene, settings, casters, split_weight, pixel_width, tile };
     for y in top..height.min(top + TILE) {
         for x in left..width.min(left + TILE) {
             let pixel = y * width + x;

@@ -12,7 +12,7 @@ use crate::math::{DVec3, Rgb};
 
 pub(super) fn picture(render: &Render) -> Image {
     image(render, |pixel| {
-        let layers = render.classes.iter().map(|class| class_radiance(render, class, pixel).as_vec3());
+        let layers = render.plan.classes.iter().map(|class| class_radiance(render, class, pixel).as_vec3());
         layers.sum::<Rgb>().as_dvec3()
     })
 }
@@ -24,7 +24,7 @@ pub(super) fn layer(render: &Render, class: PathClass) -> Image {
 /// The radiance of a pixel by one kind of path; zero by those that are not simulated.
 fn class_radiance(render: &Render, class: PathClass, pixel: usize) -> DVec3 {
     match class {
-        _ if !render.classes.contains(class) => DVec3::ZERO,
+        _ if !render.plan.classes.contains(class) => DVec3::ZERO,
         PathClass::Direct => {
             render.emitted_light[pixel].as_dvec3() + reflected(render, pixel, |p| render.direct.irradiance(p))
         }
@@ -38,7 +38,7 @@ fn class_radiance(render: &Render, class: PathClass, pixel: usize) -> DVec3 {
 
 /// The radiance of a pixel, of all light found so far.
 pub(super) fn radiance(render: &Render, pixel: usize) -> DVec3 {
-    render.classes.iter().map(|class| class_radiance(render, class, pixel)).sum()
+    render.plan.classes.iter().map(|class| class_radiance(render, class, pixel)).sum()
 }
 
 /// The part of [`radiance`] that changes from pass to pass.

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::HitPoint;
+use super::{HitPoint, Stage};
 use crate::math::{DVec3, Ray, Rgb, Rng, Stream};
 use crate::scene::Scene;
 
@@ -36,9 +36,17 @@ impl DirectPass {
     /// Casts the shadow rays to all point lights, and the first one to the area lights.
     ///
     /// Hit point `k` draws random numbers of its own by `keys[k]`, not by its place, which rounding may change.
-    pub fn new(scene: &Scene, hit_points: &[HitPoint], keys: Vec<u32>, seed: u64) -> DirectPass {
-        let exact: Vec<_> = hit_points.par_iter().map(|h| scene.direct_from_points(&h.receiver)).collect();
-        let areas = if scene.lights().any_area() { hit_points.len() } else { 0 };
+    pub fn new<'a>(
+        stage: impl Into<Stage<'a>>,
+        hit_points: &[HitPoint],
+        keys: Vec<u32>,
+        seed: u64,
+    ) -> DirectPass {
+        let stage = stage.into();
+        let Stage { scene, lights, .. } = stage;
+        let exact: Vec<_> =
+            hit_points.par_iter().map(|h| scene.direct_from_points(lights, &h.receiver)).collect();
+        let areas = if lights.any_area() { hit_points.len() } else { 0 };
         let mut direct = DirectPass {
             from_points: exact.iter().map(|d| d.irradiance).collect(),
             keys: if areas > 0 { keys } else { Vec::new() },
@@ -48,12 +56,13 @@ impl DirectPass {
                 rays: exact.iter().map(|d| u64::from(d.shadow_rays)).sum(),
             },
         };
-        direct.add_pass(scene, hit_points, seed);
+        direct.add_pass(stage, hit_points, seed);
         direct
     }
 
     /// Adds one sample of the area lights at every hit point, so that their noise falls with the passes.
-    pub fn add_pass(&mut self, scene: &Scene, hit_points: &[HitPoint], seed: u64) {
+    pub fn add_pass(&mut self, stage: Stage, hit_points: &[HitPoint], seed: u64) {
+        let Stage { scene, lights, .. } = stage;
         let sampled = &mut self.sampled;
         let pass = sampled.passes;
         let rays: u64 = sampled
@@ -63,7 +72,7 @@ impl DirectPass {
             .zip(&self.keys)
             .map(|((sum, hit_point), &key)| {
                 let mut rng = generator(seed, pass, key);
-                let sample = scene.direct_from_areas(&hit_point.receiver, &mut rng);
+                let sample = scene.direct_from_areas(lights, &hit_point.receiver, &mut rng);
                 *sum += sample.irradiance.as_dvec3();
                 u64::from(sample.shadow_rays)
             })
@@ -76,7 +85,7 @@ impl DirectPass {
     pub fn record_rays(scene: &Scene, hit_points: &[HitPoint], seed: u64) -> Vec<Ray> {
         let rays = |(key, hit_point): (u32, &HitPoint)| {
             let mut rng = generator(seed, 0, key);
-            scene.shadow_rays(&hit_point.receiver, &mut rng).collect::<Vec<_>>()
+            scene.shadow_rays(scene.lights(), &hit_point.receiver, &mut rng).collect::<Vec<_>>()
         };
         (0..hit_points.len() as u32).into_par_iter().zip(hit_points).flat_map_iter(rays).collect()
     }

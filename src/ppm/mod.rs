@@ -36,6 +36,7 @@ mod radius_floor;
 mod radius_policy;
 mod render_state;
 mod settings;
+mod stage;
 mod statistic;
 mod statistics;
 mod wavefront;
@@ -55,6 +56,7 @@ pub use radius_floor::least_radius;
 pub use radius_policy::RadiusPolicy;
 pub use render_state::{ForeignState, RenderState};
 pub use settings::{ErrorEstimates, Planning, Settings};
+pub use stage::Stage;
 pub use statistic::Precision;
 pub use statistics::{ClassStatistics, PassStatistics, PhaseSeconds, RadiusRange, SetupStatistics};
 
@@ -64,8 +66,9 @@ use std::sync::OnceLock;
 use rayon::prelude::*;
 
 use crate::bvh::{Sphere, SphereBvh};
-use crate::effects::{PathClass, PathClasses};
+use crate::effects::{PathClass, PathClasses, Plan};
 use crate::film::Image;
+use crate::light::Lights;
 use crate::math::{DVec3, Rgb};
 use crate::scene::Scene;
 use accuracy::{BatchMeans, sampling_step};
@@ -84,7 +87,9 @@ pub struct Render<'s> {
     /// Made when a picture is first asked for.
     pixel_lists: OnceLock<PixelLists>,
     facets: Facets,
-    classes: PathClasses,
+    plan: Plan,
+    /// Those that the plan keeps.
+    lights: Lights,
     direct: DirectPass,
     photon_pass: PhotonPass,
     /// Lights that are seen directly, by pixel.
@@ -100,22 +105,30 @@ impl<'s> Render<'s> {
     /// Traces the eye paths, finds the direct light and builds the trees over the hit points.
     pub fn new(scene: &'s Scene, settings: Settings) -> Render<'s> {
         let mut watch = Stopwatch::start();
-        let eye = camera_pass::trace(scene, &settings);
+        let plan = plan_of(scene, &settings);
+        let lights = scene.lights().filtered(|number| plan.keeps_light(number));
+        let stage = Stage::new(scene, &lights, &plan);
+        let plan_seconds = watch.lap();
+        let eye = camera_pass::trace(stage, &settings);
         let eye_seconds = watch.lap();
         let radius = settings.radius.unwrap_or_else(|| automatic_radius(&eye.hit_points));
         let (tree, hit_points, order) = build_tree(&eye.hit_points, radius);
         let facets = Facets::of(&hit_points);
-        let classes = classes_called_for(scene, &settings, &hit_points);
-        let collectors = collectors(classes, tree, &hit_points, radius, &settings);
+        let plan = match settings.planning {
+            Planning::Derived => plan.finish_if_blind(hit_points.len() as u64),
+            Planning::Everything => plan,
+        };
+        let collectors = collectors(plan.classes, tree, &hit_points, radius, &settings);
         let batches = batch_means(&settings, eye.emitted.len());
         let tree_seconds = watch.lap();
-        let direct = DirectPass::new(scene, &hit_points, order, settings.seed);
+        let direct = DirectPass::new(stage, &hit_points, order, settings.seed);
         let setup = SetupStatistics {
             hit_points: hit_points.len() as u64,
             eye_rays: eye.rays,
             shadow_rays: direct.rays(),
             cut_weight: eye.cut_weight,
             radius,
+            plan_seconds,
             eye_seconds,
             tree_seconds,
             direct_seconds: watch.lap(),
@@ -127,7 +140,8 @@ impl<'s> Render<'s> {
             collectors,
             pixel_lists: OnceLock::new(),
             facets,
-            classes,
+            plan,
+            lights,
             direct,
             photon_pass: PhotonPass::default(),
             emitted_light: eye.emitted,
@@ -143,20 +157,22 @@ impl<'s> Render<'s> {
         let mut watch = Stopwatch::start();
         let mut phases = PhaseSeconds::default();
         let shadow_rays_before = self.direct.rays();
+        let settings = self.settings;
+        let Render { collectors, photon_pass, facets, .. } = self;
+        let stage = Stage::new(self.scene, &self.lights, &self.plan);
         if self.passes > 0 {
-            self.direct.add_pass(self.scene, &self.hit_points, self.settings.seed);
+            self.direct.add_pass(stage, &self.hit_points, settings.seed);
         }
         phases.direct = watch.lap();
-        let Render { collectors, photon_pass, facets, settings, .. } = self;
         let batch = match collectors.is_empty() {
             true => photon_pass.skip(),
-            false => photon_pass.trace(self.scene, settings, self.passes),
+            false => photon_pass.trace(stage, &settings, self.passes),
         };
         phases.trace = watch.lap();
         let ledger = batch.ledger;
         self.emitted_photons += ledger.emitted;
         self.passes += 1;
-        let gather = |c: &mut Collector| c.gather(facets, &batch.of(c.class), settings, self.passes);
+        let gather = |c: &mut Collector| c.gather(facets, &batch.of(c.class), &settings, self.passes);
         let found: Vec<Found> = collectors.iter_mut().map(gather).collect();
         phases.gather = watch.lap();
         let classes = self.raise_radii(&found);
@@ -214,9 +230,9 @@ impl<'s> Render<'s> {
         develop::layer(self, class)
     }
 
-    /// The kinds of paths that are simulated: those asked for that can bring any light.
-    pub fn classes(&self) -> PathClasses {
-        self.classes
+    /// What is simulated, and why nothing else.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
     }
 
     /// Whether no further pass can change the picture.
@@ -299,15 +315,10 @@ impl<'s> Render<'s> {
     }
 }
 
-/// Those asked for that can bring light: photons need something to light, caustics need a specular surface.
-fn classes_called_for(scene: &Scene, settings: &Settings, hit_points: &[HitPoint]) -> PathClasses {
+fn plan_of(scene: &Scene, settings: &Settings) -> Plan {
     match settings.planning {
-        Planning::Everything => settings.transport,
-        Planning::Derived if hit_points.is_empty() || scene.lights().is_empty() => {
-            settings.transport.and([PathClass::Direct].into_iter().collect())
-        }
-        Planning::Derived if scene.any_specular() => settings.transport,
-        Planning::Derived => settings.transport.without(PathClass::Caustic),
+        Planning::Derived => Plan::of(scene, settings.transport),
+        Planning::Everything => Plan::everything(scene, settings.transport),
     }
 }
 

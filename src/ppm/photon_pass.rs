@@ -5,7 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::wavefront::{Course, Wavefront};
-use super::{Ledger, Settings};
+use super::{Ledger, Settings, Stage};
 use crate::effects::PathClass;
 use crate::math::{Ray, Rgb, Vec3};
 use crate::scene::{RayPacket, Scene};
@@ -137,10 +137,10 @@ impl PhotonPass {
     ///
     /// Path `i` draws from the generator keyed by (seed, pass, i), and chunks of paths are of a fixed size: the result
     /// depends on no thread.
-    pub fn trace(&mut self, scene: &Scene, settings: &Settings, pass: u32) -> &PhotonBatch {
-        let course = course(scene, settings, pass);
+    pub fn trace<'a>(&mut self, stage: impl Into<Stage<'a>>, settings: &Settings, pass: u32) -> &PhotonBatch {
+        let course = Course { isa: Isa::best(), stage: stage.into(), settings, pass };
         let PhotonBatch { chunks, ledger } = &mut self.batch;
-        chunks.resize_with(chunk_count(scene, settings), PhotonChunk::default);
+        chunks.resize_with(chunk_count(&course), PhotonChunk::default);
         chunks.par_iter_mut().enumerate().for_each_init(Wavefront::default, |wavefront, (number, chunk)| {
             chunk.clear();
             wavefront.follow(&course, paths_of(number, settings), chunk, |_| ());
@@ -163,23 +163,19 @@ impl PhotonPass {
 
 /// The rays that [`PhotonPass::trace`] sends through the scene, in the order in which it traces them.
 pub fn record_rays(scene: &Scene, settings: &Settings, pass: u32) -> Vec<Ray> {
-    let course = course(scene, settings, pass);
+    let course = Course { isa: Isa::best(), stage: scene.into(), settings, pass };
     let rays_of = |chunk: usize| {
         let (mut rays, mut photons) = (Vec::new(), PhotonChunk::default());
         let see = |packet: &RayPacket| rays.extend((0..packet.len).map(|lane| packet.ray(lane)));
         Wavefront::default().follow(&course, paths_of(chunk, settings), &mut photons, see);
         rays
     };
-    let recorded: Vec<Vec<Ray>> = (0..chunk_count(scene, settings)).into_par_iter().map(rays_of).collect();
+    let recorded: Vec<Vec<Ray>> = (0..chunk_count(&course)).into_par_iter().map(rays_of).collect();
     recorded.concat()
 }
 
-fn course<'a>(scene: &'a Scene, settings: &'a Settings, pass: u32) -> Course<'a> {
-    Course { isa: Isa::best(), scene, settings, pass, casters: scene.any_specular() }
-}
-
-fn chunk_count(scene: &Scene, settings: &Settings) -> usize {
-    if scene.lights().is_empty() { 0 } else { settings.photons.div_ceil(CHUNK) as usize }
+fn chunk_count(course: &Course) -> usize {
+    if course.stage.lights.is_empty() { 0 } else { course.settings.photons.div_ceil(CHUNK) as usize }
 }
 
 fn paths_of(chunk: usize, settings: &Settings) -> Range<u64> {

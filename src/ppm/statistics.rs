@@ -21,6 +21,8 @@ pub struct SetupStatistics {
     pub cut_weight: f64,
     /// Initial radius, in scene units.
     pub radius: f64,
+    /// Seconds of deriving the plan.
+    pub plan_seconds: f64,
     /// Seconds of the eye pass.
     pub eye_seconds: f64,
     /// Seconds of building the tree.

@@ -8,13 +8,13 @@ use super::emission::Emission;
 use super::flights::{FlightPacket, Flights, at};
 use super::lane_flux::{LaneFlux, PowerOf};
 use super::photon_pass::{Deposits, PhotonChunk};
-use super::{FluxLedger, Photon, Settings};
+use super::{FluxLedger, Photon, Settings, Stage};
 use crate::bsdf::{
     Choice, DiffuseSampling, Event, SPECULAR, Scattering, SpecularLobe, Transport, sample_diffuse,
 };
 use crate::effects::PathClass;
 use crate::math::{DVec3, Frame, Ray, Rgb, Rng, Vec3};
-use crate::scene::{Coherence, HitPacket, RayPacket, Scene, SurfaceHit, SurfacePacket};
+use crate::scene::{Coherence, HitPacket, RayPacket, SurfaceHit, SurfacePacket};
 use crate::simd::{Isa, LANES, Mask, first_lanes};
 
 /// A closed box of albedo 1 holds a photon for ever; what is cut here is counted as terminated.
@@ -95,11 +95,9 @@ impl Default for Packet {
 #[derive(Clone, Copy)]
 pub(super) struct Course<'a> {
     pub isa: Isa,
-    pub scene: &'a Scene,
+    pub stage: Stage<'a>,
     pub settings: &'a Settings,
     pub pass: u32,
-    /// Whether any surface is specular, so that photons need a past.
-    pub casters: bool,
 }
 
 impl Wavefront {
@@ -131,9 +129,9 @@ impl Wavefront {
         let Wavefront { flights, next, pasts, .. } = self;
         flights.make_room(count);
         next.make_room(count);
-        pasts.begin(if course.casters { count } else { 0 });
+        pasts.begin(if course.stage.casters { count } else { 0 });
         for first in (0..count).step_by(LANES) {
-            let (lights, mask) = (course.scene.lights(), first_lanes(count - first));
+            let (lights, mask) = (course.stage.lights, first_lanes(count - first));
             let emission = Emission { lights, draws, first: first as u32, mask, flights };
             let dark = course.isa.run(emission);
             chunk.ledger.dropped += u64::from(dark.count_ones());
@@ -158,7 +156,7 @@ impl Wavefront {
         see: &mut impl FnMut(&RayPacket),
     ) {
         let Wavefront { flights, next, order, packet, pasts } = self;
-        let small = course.scene.primitives() <= SMALL_SCENE;
+        let small = course.stage.scene.primitives() <= SMALL_SCENE;
         let coherence = if small { Coherence::Coherent } else { Coherence::Incoherent };
         next.clear();
         flights.by_octant(order);
@@ -177,8 +175,8 @@ impl Packet {
     /// Finds what the photons meet.
     fn trace(&mut self, course: &Course, coherence: Coherence) {
         let Packet { photons, hits, surfaces, .. } = self;
-        course.scene.intersect_packet(&photons.rays, hits, coherence);
-        course.scene.surfaces(&photons.rays, hits, surfaces);
+        course.stage.scene.intersect_packet(&photons.rays, hits, coherence);
+        course.stage.scene.surfaces(&photons.rays, hits, surfaces);
         if course.settings.sampling != DiffuseSampling::Cosine {
             surfaces.lambertian = 0;
         }
@@ -210,8 +208,8 @@ impl Packet {
         let Packet { photons, hits, surfaces, specials, .. } = self;
         specials.clear();
         for lane in bits(surfaces.found & !surfaces.lambertian) {
-            let Some(hit) = course.scene.surface_hit(&photons.rays, hits, lane) else { continue };
-            let scattering = course.scene.scatter(&hit, Transport::Power);
+            let Some(hit) = course.stage.scene.surface_hit(&photons.rays, hits, lane) else { continue };
+            let scattering = course.stage.scene.scatter(&hit, Transport::Power);
             let (mut rng, power) = (draws.of(photons.path[lane]), photons.power(lane));
             flux.send_on(power, scattering.specular().map(SpecularLobe::weight).sum());
             let Some(onward) = go_on(&hit, &scattering, course.settings, &mut rng) else { continue };
@@ -309,7 +307,7 @@ fn go_on(hit: &SurfaceHit, scattering: &Scattering, settings: &Settings, rng: &m
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene;
+    use crate::scene::{self, Scene};
     use std::path::Path;
 
     const PATHS: u64 = 1000;
@@ -343,7 +341,7 @@ mod tests {
         for scene in scenes() {
             for sampling in [DiffuseSampling::Cosine, DiffuseSampling::Uniform] {
                 let settings = Settings { sampling, ..Settings::of_scene(scene.render()) };
-                let course = |isa| Course { isa, scene: &scene, settings: &settings, pass: 2, casters: true };
+                let course = |isa| Course { isa, stage: (&scene).into(), settings: &settings, pass: 2 };
                 let expected = followed(&course(Isa::portable()));
                 assert!(expected.indirect.photons.len() > 1000 && expected.ledger.is_balanced());
                 Isa::available().for_each(|isa| assert_same(&followed(&course(isa)), &expected, isa));
@@ -379,7 +377,7 @@ mod tests {
         for scene in scenes() {
             let settings = Settings::of_scene(scene.render());
             for isa in Isa::available() {
-                let course = Course { isa, scene: &scene, settings: &settings, pass: 0, casters: true };
+                let course = Course { isa, stage: (&scene).into(), settings: &settings, pass: 0 };
                 let ((flights, chunk), (expected, expected_chunk)) =
                     (bounced(&course, true), bounced(&course, false));
                 assert!(flights.len() > 100 && flights == expected, "{isa}");

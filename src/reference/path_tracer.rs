@@ -50,7 +50,9 @@ fn radiance(scene: &Scene, ray: Ray, rng: &mut Rng) -> Rgb {
 
 fn direct_irradiance(scene: &Scene, hit: &SurfaceHit, rng: &mut Rng) -> Rgb {
     let receiver = hit.receiver();
-    scene.direct_from_points(&receiver).irradiance + scene.direct_from_areas(&receiver, rng).irradiance
+    let lights = scene.lights();
+    scene.direct_from_points(lights, &receiver).irradiance
+        + scene.direct_from_areas(lights, &receiver, rng).irradiance
 }
 
 struct EyePath {

@@ -1,5 +1,5 @@
 use super::{Receiver, Scene};
-use crate::light::IlluminationSample;
+use crate::light::{IlluminationSample, Lights};
 use crate::math::{Ray, Rgb, Rng, offset_origin};
 
 /// Light that arrives at a receiver straight from the lights.
@@ -22,24 +22,29 @@ impl DirectLight {
 
 impl Scene {
     /// The exact irradiance from all point lights: `Σ I cos θ / d²` over those that are visible.
-    pub fn direct_from_points(&self, receiver: &Receiver) -> DirectLight {
-        self.lights()
+    pub fn direct_from_points(&self, lights: &Lights, receiver: &Receiver) -> DirectLight {
+        lights
             .illuminate_delta(receiver.p)
             .map(|sample| self.arriving(receiver, &sample))
             .fold(DirectLight::default(), DirectLight::plus)
     }
 
     /// An unbiased estimate of the irradiance from all area lights, from one shadow ray.
-    pub fn direct_from_areas(&self, receiver: &Receiver, rng: &mut Rng) -> DirectLight {
-        self.lights()
+    pub fn direct_from_areas(&self, lights: &Lights, receiver: &Receiver, rng: &mut Rng) -> DirectLight {
+        lights
             .illuminate_area(receiver.p, rng)
             .map_or(DirectLight::default(), |sample| self.arriving(receiver, &sample))
     }
 
     /// The shadow rays of [`Scene::direct_from_points`] and [`Scene::direct_from_areas`], in this order.
-    pub fn shadow_rays(&self, receiver: &Receiver, rng: &mut Rng) -> impl Iterator<Item = Ray> {
-        let samples = self.lights().illuminate_delta(receiver.p);
-        samples.chain(self.lights().illuminate_area(receiver.p, rng)).filter_map(|s| shadow_ray(receiver, &s))
+    pub fn shadow_rays(
+        &self,
+        lights: &Lights,
+        receiver: &Receiver,
+        rng: &mut Rng,
+    ) -> impl Iterator<Item = Ray> {
+        let samples = lights.illuminate_delta(receiver.p);
+        samples.chain(lights.illuminate_area(receiver.p, rng)).filter_map(|s| shadow_ray(receiver, &s))
     }
 
     /// What of the illumination `sample` arrives at the receiver, by one shadow ray unless it faces away.

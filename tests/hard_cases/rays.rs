@@ -56,7 +56,7 @@ fn mean_irradiance(scene: &Scene, receiver: &Receiver) -> f64 {
     const SAMPLES: u64 = 40_000;
     let sample = |index| {
         let mut rng = Rng::new(0, Stream::Test, 0, index);
-        f64::from(scene.direct_from_areas(receiver, &mut rng).irradiance.x)
+        f64::from(scene.direct_from_areas(scene.lights(), receiver, &mut rng).irradiance.x)
     };
     (0..SAMPLES).map(sample).sum::<f64>() / SAMPLES as f64
 }
@@ -110,7 +110,7 @@ fn point_lights_very_near_and_very_far_are_seen() {
         desc.point_lights = vec![PointLightDesc { position: Vec3::new(1e-5, height, 2e-5), intensity }];
         for scene in by_both_traversals(&desc) {
             let floor = receiver_at(&scene, Vec3::new(1e-5, 0.5 * height.min(1.0), 2e-5), Vec3::NEG_Y);
-            assert_close(scene.direct_from_points(&floor).irradiance.x.into(), 1.0, 0.005);
+            assert_close(scene.direct_from_points(scene.lights(), &floor).irradiance.x.into(), 1.0, 0.005);
         }
     }
 }
