@@ -60,7 +60,7 @@ fn run(kernel: &str) -> Result<(usize, &'static str), Box<dyn Error + Send + Syn
         }
         "eye" => {
             let (scene, settings) = course(Traversal::Embree)?;
-            measured(|| camera_pass::trace(&scene, &settings).rays);
+            measured(|| camera_pass::trace(&scene, &settings, 0).rays);
             Ok(((scene.film().width * scene.film().height) as usize, "pixel"))
         }
         "photons" => {

@@ -46,12 +46,10 @@ fn lit_floor(above: Bsdf) -> SceneDesc {
     SceneDesc {
         name: "floor".into(),
         path: "floor.toml".into(),
-        film: FilmDesc { width: 24, height: 10 },
+        film: FilmDesc::new(24, 10),
         camera: CameraDesc {
-            position: Vec3::new(2.0, 6.0, 4.0),
-            look_at: Vec3::new(0.0, 0.0, 0.5),
             up: Vec3::new(0.3, 1.0, 0.0),
-            fov_degrees: 95.0,
+            ..CameraDesc::pinhole(Vec3::new(2.0, 6.0, 4.0), Vec3::new(0.0, 0.0, 0.5), 95.0)
         },
         render: RenderDesc { passes: 1, photons: 1, samples: 1, alpha: 0.7, radius: None, depth: 8 },
         materials: vec![material(Bsdf::Diffuse { albedo: Rgb::splat(ALBEDO) }), material(above)],

@@ -36,13 +36,8 @@ fn lit_floor(floor: Bsdf, other: Mesh, bsdf: Bsdf) -> Scene {
     Scene::new(SceneDesc {
         name: "floor".into(),
         path: "floor.toml".into(),
-        film: FilmDesc { width: 8, height: 8 },
-        camera: CameraDesc {
-            position: Vec3::new(0.0, 0.5, 0.0),
-            look_at: Vec3::ZERO,
-            up: Vec3::Z,
-            fov_degrees: 60.0,
-        },
+        film: FilmDesc::new(8, 8),
+        camera: CameraDesc { up: Vec3::Z, ..CameraDesc::pinhole(Vec3::new(0.0, 0.5, 0.0), Vec3::ZERO, 60.0) },
         render: RenderDesc {
             passes: 1,
             photons: 2_000_000,

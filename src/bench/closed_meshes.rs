@@ -80,13 +80,8 @@ impl ClosedMesh {
         SceneDesc {
             name: self.name().into(),
             path: self.name().into(),
-            film: FilmDesc { width: 1, height: 1 },
-            camera: CameraDesc {
-                position: middle,
-                look_at: middle + stretch,
-                up: Vec3::Y,
-                fov_degrees: 90.0,
-            },
+            film: FilmDesc::new(1, 1),
+            camera: CameraDesc::pinhole(middle, middle + stretch, 90.0),
             render: RenderDesc { passes: 1, photons: 1, samples: 1, alpha: 0.7, radius: None, depth: 1 },
             materials: vec![Material { name: "grey".into(), bsdf: grey, emission: Rgb::ZERO }],
             spheres: vec![],

@@ -70,7 +70,7 @@ impl Rendered<'_> {
         let mut samples = 1;
         loop {
             let settings = Settings { samples: samples as u32, ..self.settings };
-            let hit_points = camera_pass::trace(self.scene, &settings).hit_points;
+            let hit_points = camera_pass::trace(self.scene, &settings, 0).hit_points;
             let found = hit_points.len();
             if found >= count {
                 return Ok(hit_points);

@@ -90,13 +90,8 @@ pub fn room(triangles: usize, photons: u64) -> SceneDesc {
     SceneDesc {
         name: "room".into(),
         path: "room".into(),
-        film: FilmDesc { width: side, height: side },
-        camera: CameraDesc {
-            position: Vec3::new(0.0, 1.9, 4.0),
-            look_at: Vec3::new(0.0, 0.9, 0.0),
-            up: Vec3::Y,
-            fov_degrees: 36.0,
-        },
+        film: FilmDesc::new(side, side),
+        camera: CameraDesc::pinhole(Vec3::new(0.0, 1.9, 4.0), Vec3::new(0.0, 0.9, 0.0), 36.0),
         render: RenderDesc { passes: 1, photons, samples: 1, alpha: 0.7, radius: None, depth: 8 },
         materials: materials(),
         spheres: vec![],

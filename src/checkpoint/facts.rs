@@ -77,6 +77,7 @@ impl Facts {
             sampling,
             seed,
             eye_seed: _,
+            eye_paths,
             error_estimates,
             transport,
             planning,
@@ -94,6 +95,10 @@ impl Facts {
         self.add("sampling", lower_case(sampling));
         self.add("seed", seed);
         self.add("eye seed", settings.key_of_eye_paths());
+        self.add(
+            "eye paths",
+            eye_paths.map_or_else(|| "as the scene calls for".into(), |paths| paths.to_string()),
+        );
         self.add("error estimates", lower_case(error_estimates));
         self.add("transport", transport);
         self.add("planning", lower_case(planning));
@@ -103,8 +108,8 @@ impl Facts {
         let SceneDesc {
             name: _,
             path: _,
-            film: FilmDesc { width, height },
-            camera: CameraDesc { position, look_at, up, fov_degrees },
+            film: FilmDesc { width, height, filter },
+            camera: CameraDesc { position, look_at, up, fov_degrees, lens_radius, focus_distance },
             render: _,
             materials,
             spheres,
@@ -114,10 +119,15 @@ impl Facts {
             places: _,
         } = desc;
         self.add("size", format!("{width}x{height}"));
+        self.add("pixel filter", filter);
         for (name, value) in [("position", position), ("look_at", look_at), ("up", up)] {
             self.add(format!("camera {name}"), value);
         }
         self.add("camera fov", fov_degrees);
+        self.add("camera lens_radius", lens_radius);
+        if *lens_radius > 0.0 {
+            self.add("camera focus_distance", focus_distance);
+        }
         for (Material { name, bsdf, emission }, number) in materials.iter().zip(1..) {
             self.add(
                 format!("material {number} ({})", file_name(name)),
@@ -171,6 +181,7 @@ fn hash_numbers(hasher: &mut blake3::Hasher, numbers: impl Iterator<Item = u32>)
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::effects::EyePaths;
     use crate::ppm::{ErrorEstimates, Precision, RadiusPolicy};
     use crate::scene;
 
@@ -198,6 +209,7 @@ mod tests {
             ("sampling", Settings { sampling: crate::bsdf::DiffuseSampling::Uniform, ..ours }),
             ("seed", Settings { seed: 1, eye_seed: Some(0), ..ours }),
             ("eye seed", Settings { eye_seed: Some(4), ..ours }),
+            ("eye paths", Settings { eye_paths: Some(EyePaths::Retraced), ..ours }),
             ("error estimates", Settings { error_estimates: ErrorEstimates::Pixels, ..ours }),
         ] {
             let differences = facts(&desc, &theirs).differences(&facts(&desc, &ours));
@@ -220,10 +232,16 @@ mod tests {
 
     #[test]
     fn every_part_of_the_scene_is_named() {
-        let ours = desc();
+        let mut ours = desc();
+        ours.camera.lens_radius = 0.1;
         let settings = Settings::of_scene(&ours.render);
-        let changes: [(&str, Change); 9] = [
+        let changes: [(&str, Change); 12] = [
             ("size", |desc| desc.film.width = 7),
+            ("pixel filter", |desc| desc.film.filter = scene::PixelFilter::Box),
+            ("camera lens_radius", |desc| desc.camera.lens_radius = 0.2),
+            ("camera focus_distance", |desc| {
+                (desc.camera.lens_radius, desc.camera.focus_distance) = (0.1, 7.0);
+            }),
             ("camera look_at", |desc| desc.camera.look_at.x += 1e-3),
             ("camera fov", |desc| desc.camera.fov_degrees += 0.1),
             ("material 1 ", |desc| desc.materials[0].emission.y += 1.0),

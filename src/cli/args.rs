@@ -11,10 +11,10 @@ pub use doctor::DoctorArgs;
 
 use crate::bsdf::DiffuseSampling;
 use crate::compare::{Bound, Crop};
-use crate::effects::PathClass;
+use crate::effects::{self, PathClass};
 use crate::ppm;
 use crate::reference;
-use crate::scene::{self, Access, FilmDesc};
+use crate::scene::{self, Access};
 use crate::study::Axis;
 
 /// Progressive photon mapping on Embree 4: caustics from small lights, in mirrors, through glass, under water.
@@ -122,6 +122,9 @@ pub struct RenderArgs {
     /// Key of the eye paths; renders with equal ones have the same hit points [default: --seed]
     #[arg(long, value_name = "S")]
     pub eye_seed: Option<u64>,
+    /// Whether eye paths stay: fixed ones are traced once, retraced ones in every pass, as lenses and pixel filters need
+    #[arg(long, value_enum, default_value_t = EyePaths::Auto)]
+    pub eye_paths: EyePaths,
     /// Keep no statistics for estimates of the error
     #[arg(long)]
     pub no_error_estimates: bool,
@@ -181,7 +184,7 @@ pub struct RunArgs {
     pub traversal: Traversal,
     /// Width and height of the picture in pixels [default: the scene's]
     #[arg(long, value_name = "WxH", value_parser = size)]
-    pub size: Option<FilmDesc>,
+    pub size: Option<(u32, u32)>,
     /// Key of all random numbers
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
@@ -423,7 +426,7 @@ pub struct StudyArgs {
     pub budget: Option<f64>,
     /// Width and height of the pictures in pixels [default: at most 192; 96 quick, the scene's full]
     #[arg(long, value_name = "WxH", value_parser = size)]
-    pub size: Option<FilmDesc>,
+    pub size: Option<(u32, u32)>,
     /// Renders of each configuration, from other seeds
     #[arg(long, value_name = "K", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub repetitions: u32,
@@ -499,6 +502,26 @@ impl From<RadiusPolicy> for ppm::RadiusPolicy {
             RadiusPolicy::Shared => ppm::RadiusPolicy::Shared,
             RadiusPolicy::Tested => ppm::RadiusPolicy::Tested,
             RadiusPolicy::Fixed => ppm::RadiusPolicy::Fixed,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum EyePaths {
+    /// Retraced where the camera has a lens or the film a filter
+    Auto,
+    /// Progressive photon mapping: the picture tends to what a few paths of a pixel see
+    Fixed,
+    /// Stochastic progressive photon mapping: pixels keep the statistics
+    Retraced,
+}
+
+impl From<EyePaths> for Option<effects::EyePaths> {
+    fn from(eye_paths: EyePaths) -> Option<effects::EyePaths> {
+        match eye_paths {
+            EyePaths::Auto => None,
+            EyePaths::Fixed => Some(effects::EyePaths::Fixed),
+            EyePaths::Retraced => Some(effects::EyePaths::Retraced),
         }
     }
 }
@@ -600,11 +623,10 @@ fn count_up_to(most: u64, text: &str) -> Result<u64, String> {
 }
 
 /// Two sides from 1 to 16384 pixels, such as 640x480.
-fn size(text: &str) -> Result<FilmDesc, String> {
+fn size(text: &str) -> Result<(u32, u32), String> {
     let side = |text: &str| text.parse().ok().filter(|side| (1..=16384).contains(side));
     let sides = text.split_once('x').and_then(|(width, height)| Some((side(width)?, side(height)?)));
-    let (width, height) = sides.ok_or("write WIDTHxHEIGHT, such as 640x480, with sides from 1 to 16384")?;
-    Ok(FilmDesc { width, height })
+    sides.ok_or_else(|| "write WIDTHxHEIGHT, such as 640x480, with sides from 1 to 16384".into())
 }
 
 fn axis() -> impl TypedValueParser<Value = Axis> {

@@ -19,7 +19,7 @@ pub fn run(args: &DoctorArgs) -> Result<Outcome, CliError> {
             return Ok(Outcome::NotLoaded);
         }
     };
-    desc.film = args.size.unwrap_or(desc.film);
+    desc.film = args.size.map_or(desc.film, |size| desc.film.resized(size));
     let settings = Settings::of_scene(&desc.render);
     let settings = Settings { radius: args.radius.or(settings.radius), ..settings };
     let diagnosis = examine(&desc, settings, args.traversal.into())?;

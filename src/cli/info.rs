@@ -62,6 +62,9 @@ struct Contents {
     scene: String,
     embree: String,
     resolution: [u32; 2],
+    filter: String,
+    lens_radius: f32,
+    focus_distance: f32,
     samples: u32,
     passes: u32,
     photons: u64,
@@ -79,6 +82,9 @@ impl Contents {
             scene: desc.path.display().to_string(),
             embree,
             resolution: [desc.film.width, desc.film.height],
+            filter: desc.film.filter.to_string(),
+            lens_radius: desc.camera.lens_radius,
+            focus_distance: desc.camera.focus_distance,
             samples: desc.render.samples,
             passes: desc.render.passes,
             photons: desc.render.photons,
@@ -115,7 +121,7 @@ struct Cut {
 /// Measured with one eye sample a pixel.
 fn cuts(scene: &Scene, settings: &Settings) -> Vec<Cut> {
     let cut = |depth| {
-        let eye = camera_pass::trace(scene, &Settings { depth, samples: 1, ..*settings });
+        let eye = camera_pass::trace(scene, &Settings { depth, samples: 1, ..*settings }, 0);
         Cut { depth, lost_share: eye.cut_weight }
     };
     [0, 1, 2, 4, 8].into_iter().filter(|&d| d < settings.depth).chain([settings.depth]).map(cut).collect()
@@ -127,9 +133,12 @@ impl fmt::Display for Info {
         writeln!(f, "scene        {} (Embree {})", c.scene, c.embree)?;
         writeln!(
             f,
-            "picture      {} x {}, {} eye samples a pixel",
-            c.resolution[0], c.resolution[1], c.samples
+            "picture      {} x {}, {} eye samples a pixel, filter {}",
+            c.resolution[0], c.resolution[1], c.samples, c.filter
         )?;
+        if c.lens_radius > 0.0 {
+            writeln!(f, "lens         of radius {}, sharp at {}", c.lens_radius, c.focus_distance)?;
+        }
         writeln!(f, "passes       {} of {} photons, alpha {}", c.passes, c.photons, c.alpha)?;
         writeln!(f, "geometry     {} triangles in {} meshes, {} spheres", c.triangles, c.meshes, c.spheres)?;
         writeln!(f, "traversal    {}", self.traversal)?;

@@ -146,6 +146,7 @@ impl Outputs {
             .with("caustica:traversal", Value::Text(self.traversal.to_string()))
             .with("caustica:transport", Value::Text(render.plan().classes.to_string()))
             .with("caustica:seed", Value::Text(settings.seed.to_string()))
+            .with("caustica:eye_paths", Value::Text(render.eye_paths().to_string()))
             .with("caustica:eye_seed", Value::Text(settings.key_of_eye_paths().to_string()));
         let metadata = match self.layers {
             Some(confidence) => metadata.with("caustica:confidence", Value::Double(confidence)),

@@ -7,6 +7,7 @@ use super::outputs::Outputs;
 use super::progress::{Budget, Progress};
 use super::{load, memory, use_threads};
 use crate::checkpoint::Checkpoint;
+use crate::effects::EyePaths;
 use crate::ppm::{ErrorEstimates, Planning, Render, Settings};
 use crate::scene::{Scene, SceneDesc};
 
@@ -14,7 +15,7 @@ use crate::scene::{Scene, SceneDesc};
 pub fn run(args: &RenderArgs) -> Result<Outcome, CliError> {
     let threads = use_threads(args.run.threads)?;
     let mut desc = load(&args.scene, args.run.access)?;
-    desc.film = args.run.size.unwrap_or(desc.film);
+    desc.film = args.run.size.map_or(desc.film, |size| desc.film.resized(size));
     let settings = settings(args, &desc);
     check_target(args, &settings)?;
     memory::check_render(&desc.film, &settings)?;
@@ -123,6 +124,9 @@ fn first_error<const N: usize>(results: [Result<(), CliError>; N]) -> Result<(),
 fn announce(args: &RenderArgs, render: &Render) {
     let found = if render.settings().radius.is_some() { "" } else { " (found: two pixels wide)" };
     note!("{} hit points, radius {:.4}{found}", render.setup().hit_points, render.setup().radius);
+    if render.eye_paths() == EyePaths::Retraced {
+        note!("every pass traces other eye paths; the hit points are those of the first");
+    }
     if render.is_finished() {
         note!("no pass is called for: there is no light that photons or samples of area lights could bring");
     }
@@ -155,6 +159,7 @@ fn settings(args: &RenderArgs, desc: &SceneDesc) -> Settings {
         sampling: args.sampling.into(),
         seed: args.run.seed,
         eye_seed: args.eye_seed,
+        eye_paths: args.eye_paths.into(),
         error_estimates: error_estimates(args),
         transport: args.transport.iter().copied().collect(),
         planning: if args.no_plan { Planning::Everything } else { Planning::Derived },

@@ -49,15 +49,13 @@ fn given(path: &Path) -> Result<Reference, CliError> {
 
 /// Pictures as large as asked for, as the reference that was given, or as the effort allows.
 fn film(args: &StudyArgs, desc: &SceneDesc, given: Option<&Reference>) -> FilmDesc {
-    let of_reference = given.map(|reference| FilmDesc {
-        width: reference.image.width() as u32,
-        height: reference.image.height() as u32,
-    });
+    let of_reference =
+        given.map(|reference| (reference.image.width() as u32, reference.image.height() as u32));
     let longest = desc.film.width.max(desc.film.height);
     let side = args.effort().longest_side.map_or(longest, |side| side.min(longest));
     let scaled = |length: u32| (length * side).div_ceil(longest);
-    let of_effort = FilmDesc { width: scaled(desc.film.width), height: scaled(desc.film.height) };
-    args.size.or(of_reference).unwrap_or(of_effort)
+    let of_effort = (scaled(desc.film.width), scaled(desc.film.height));
+    desc.film.resized(args.size.or(of_reference).unwrap_or(of_effort))
 }
 
 /// The scene's settings with the radius that it would find, so that multiples of it mean something.

@@ -5,7 +5,7 @@ use super::duplicates::has_an_inside;
 use super::places::first_of;
 use super::subject::Subject;
 use super::{Check, Finding, Severity};
-use crate::math::{Vec2, Vec3};
+use crate::math::{Ray, Vec2, Vec3};
 
 pub(super) fn check(subject: &Subject) -> Vec<Finding> {
     vec![place(subject), view(subject), depth(subject)]
@@ -42,6 +42,15 @@ fn place(subject: &Subject) -> Finding {
         let therefore = "sees that surface or what is behind it, pixel by pixel as rounding will have it; move the camera off";
         return Finding::new(Check::Camera, Severity::Warning, "the pinhole lies on a surface", therefore);
     }
+    if lens_is_cut(subject) {
+        let therefore = "sees with a part of its lens what is behind that surface; make lens_radius smaller or move the camera off";
+        return Finding::new(
+            Check::Camera,
+            Severity::Warning,
+            "the lens reaches through a surface",
+            therefore,
+        );
+    }
     match glass_around(subject, position).as_slice() {
         [] => Finding::fine(Check::Camera, format!("at {position}, on no surface and in no glass")),
         glass => {
@@ -54,6 +63,23 @@ fn place(subject: &Subject) -> Finding {
             )
         }
     }
+}
+
+/// Whether a surface stands between the middle of the lens and its rim.
+fn lens_is_cut(subject: &Subject) -> bool {
+    const RIM: u16 = 64;
+    let camera = subject.scene.camera();
+    let origin = camera.position();
+    let cut = |k| {
+        let along_edge = f32::from(k % (RIM / 2)) / f32::from(RIM / 2);
+        let u = if k < RIM / 2 { Vec2::new(along_edge, 0.0) } else { Vec2::new(0.0, along_edge) };
+        // The square's edges are the rim; opposite points look along both ways.
+        [u, Vec2::ONE - u].into_iter().any(|u| {
+            let dir = camera.point_of_lens(u) - origin;
+            subject.scene.occluded(&Ray { origin, dir, t_max: 1.0 })
+        })
+    };
+    camera.has_lens() && (0..RIM).any(cut)
 }
 
 fn glass_around(subject: &Subject, p: Vec3) -> Vec<String> {
@@ -139,6 +165,20 @@ mod tests {
             severity(&findings, Check::Camera)
         };
         assert_eq!((at(0.9 - 1e-6), at(0.9 - 1e-4)), (Severity::Warning, Severity::Fine));
+    }
+
+    #[test]
+    fn a_lens_that_reaches_through_a_wall_is_told() {
+        let of_radius = |radius: f32| {
+            let findings = findings(|desc| {
+                desc.camera.lens_radius = radius;
+            });
+            (severity(&findings, Check::Camera), of(&findings, Check::Camera).found.contains("lens"))
+        };
+        assert_eq!(
+            [0.0, 0.2, 1.5].map(of_radius),
+            [(Severity::Fine, false), (Severity::Fine, false), (Severity::Warning, true)]
+        );
     }
 
     #[test]

@@ -58,13 +58,8 @@ pub(super) fn bare() -> SceneDesc {
     SceneDesc {
         name: "box".into(),
         path: "box".into(),
-        film: FilmDesc { width: 24, height: 24 },
-        camera: CameraDesc {
-            position: Vec3::new(0.1, 0.2, 0.9),
-            look_at: Vec3::new(0.0, -0.4, -1.0),
-            up: Vec3::Y,
-            fov_degrees: 70.0,
-        },
+        film: FilmDesc::new(24, 24),
+        camera: CameraDesc::pinhole(Vec3::new(0.1, 0.2, 0.9), Vec3::new(0.0, -0.4, -1.0), 70.0),
         render: RenderDesc {
             passes: 2,
             photons: 10_000,

@@ -66,7 +66,7 @@ impl<'a> Subject<'a> {
 fn try_out(scene: &Scene, asked: Settings, pixel_ratio: f64) -> Trial {
     let planning = Planning::Everything;
     let settings = Settings { samples: 1, photons: asked.photons.min(PHOTONS), planning, ..asked };
-    let found = || automatic_radius(&camera_pass::trace(scene, &settings).hit_points) / pixel_ratio;
+    let found = || automatic_radius(&camera_pass::trace(scene, &settings, 0).hit_points) / pixel_ratio;
     let settings = Settings { radius: Some(asked.radius.unwrap_or_else(found)), ..settings };
     let mut render = Render::new(scene, settings);
     let pass = render.pass();

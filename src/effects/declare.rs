@@ -5,7 +5,7 @@ use super::{Effect, EffectSet};
 use crate::bsdf::Bsdf;
 use crate::light::Light;
 use crate::math::{Rgb, mean};
-use crate::scene::{CameraDesc, FilmDesc, Material};
+use crate::scene::{CameraDesc, FilmDesc, Material, PixelFilter};
 
 /// What a surface needs: its lobes of non-zero share, and its emission.
 pub fn of_material(material: &Material) -> EffectSet {
@@ -44,14 +44,15 @@ pub fn of_light(light: &Light) -> EffectSet {
 
 /// What a camera needs: nothing, as a pinhole.
 pub fn of_camera(camera: &CameraDesc) -> EffectSet {
-    let CameraDesc { position: _, look_at: _, up: _, fov_degrees: _ } = camera;
-    EffectSet::NONE
+    let CameraDesc { position: _, look_at: _, up: _, fov_degrees: _, lens_radius, focus_distance: _ } =
+        camera;
+    EffectSet::NONE.with(Effect::Lens, *lens_radius > 0.0)
 }
 
 /// What a film needs: nothing, as the mean over the samples of each pixel.
 pub fn of_film(film: &FilmDesc) -> EffectSet {
-    let FilmDesc { width: _, height: _ } = film;
-    EffectSet::NONE
+    let FilmDesc { width: _, height: _, filter } = film;
+    EffectSet::NONE.with(Effect::AreaFilter, *filter != PixelFilter::Points)
 }
 
 /// Whether light goes on behind the surface. What does not let it through can part a scene.
@@ -106,6 +107,17 @@ mod tests {
                 }
             }
             assert_eq!(of_bsdf(&bsdf), found, "{bsdf:?}");
+        }
+    }
+
+    #[test]
+    fn cameras_need_their_lens_and_films_their_filter() {
+        let pinhole = CameraDesc::pinhole(Vec3::ZERO, Vec3::X, 40.0);
+        assert_eq!(of_camera(&pinhole), EffectSet::NONE);
+        assert!(of_camera(&CameraDesc { lens_radius: 0.1, ..pinhole }).iter().eq([Effect::Lens]));
+        for filter in PixelFilter::ALL {
+            let needs = of_film(&FilmDesc { filter, ..FilmDesc::new(1, 1) });
+            assert_eq!(needs.contains(Effect::AreaFilter), filter != PixelFilter::Points, "{filter}");
         }
     }
 

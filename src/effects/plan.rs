@@ -8,14 +8,31 @@ use super::surfaces::Surfaces;
 use super::{PathClass, PathClasses};
 use crate::scene::Scene;
 
-/// How often eye paths are traced.
+/// Whether eye paths stay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum EyePaths {
-    /// Once: what a pixel sees stays.
+    /// They are traced once, and hit points keep statistics of their own: no eye ray is traced twice, but the picture tends to what
+    /// those few paths of a pixel see.
+    ///
+    /// # Source
+    /// Hachisuka, Ogaki and Jensen, "Progressive Photon Mapping", SIGGRAPH Asia 2008.
     Fixed,
-    /// Anew in each pass: a pixel sees the mean over a lens or a filter.
+    /// Every pass traces others, and pixels keep statistics of all that they see: the picture tends to the mean over filter and
+    /// lens.
+    ///
+    /// # Source
+    /// Hachisuka and Jensen, "Stochastic Progressive Photon Mapping", SIGGRAPH Asia 2009.
     Retraced,
+}
+
+impl fmt::Display for EyePaths {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(match self {
+            EyePaths::Fixed => "fixed",
+            EyePaths::Retraced => "retraced",
+        })
+    }
 }
 
 /// Whether one thing is simulated, and because of what.
@@ -49,7 +66,7 @@ pub struct DroppedLight {
 pub struct Plan {
     /// The kinds of paths.
     pub classes: PathClasses,
-    /// How often eye paths are traced.
+    /// Whether eye paths stay.
     pub eye_paths: EyePaths,
     /// Whether there are photon passes.
     pub photons: bool,
@@ -98,7 +115,7 @@ impl Plan {
         let photons = decide(PHOTONS, rules::photons(facts, classes));
         let refraction = decide("refraction", rules::refraction(facts));
         let can_aim = decide(AIMING, rules::aiming(facts, classes));
-        let retraced = decide("eye paths anew in each pass", rules::retracing(facts));
+        let retraced = decide(RETRACING, rules::retracing(facts));
         let eye_paths = if retraced { EyePaths::Retraced } else { EyePaths::Fixed };
         let casters = rules::casters(facts).is_ok();
         Plan { classes, eye_paths, photons, refraction, casters, can_aim, dropped_lights, decisions }
@@ -107,6 +124,18 @@ impl Plan {
     /// Whether a light is part of the render, by its number in the order of [`crate::light::Lights::iter`].
     pub fn keeps_light(&self, number: u32) -> bool {
         !self.dropped_lights.iter().any(|dropped| dropped.numbers.binary_search(&number).is_ok())
+    }
+
+    /// The same with eye paths as they were asked for, if they were.
+    #[must_use]
+    pub fn with_eye_paths(mut self, asked: Option<EyePaths>) -> Plan {
+        let Some(asked) = asked else { return self };
+        self.eye_paths = asked;
+        for decision in self.decisions.iter_mut().filter(|decision| decision.what == RETRACING) {
+            decision.on = asked == EyePaths::Retraced;
+            decision.because = "asked for".into();
+        }
+        self
     }
 
     /// What is left after an eye pass that left so many hit points: without any, lamps that are seen and nothing more, so that the
@@ -130,6 +159,7 @@ impl Plan {
     }
 }
 
+const RETRACING: &str = "eye paths anew in each pass";
 const PHOTONS: &str = "photon passes";
 const AIMING: &str = "aimed photons";
 

@@ -7,7 +7,7 @@ use super::faces::Face;
 use super::region::{Region, Side};
 use super::surfaces::{Object, Shape, Surfaces};
 use super::{Effect, EffectSet};
-use crate::math::Aabb;
+use crate::math::{Aabb, Vec3};
 use crate::scene::{CameraDesc, Item};
 
 /// What something is because of, or why it is not.
@@ -84,8 +84,9 @@ impl<'s> Reach<'s> {
 }
 
 fn camera_box(camera: &CameraDesc) -> Aabb {
-    let CameraDesc { position, look_at: _, up: _, fov_degrees: _ } = camera;
-    Aabb::of_points([*position])
+    let CameraDesc { position, look_at: _, up: _, fov_degrees: _, lens_radius, focus_distance: _ } = camera;
+    let reach = Vec3::splat(*lens_radius);
+    Aabb::of_points([*position - reach, *position + reach])
 }
 
 /// The lights with an extent, piece by piece.

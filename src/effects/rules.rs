@@ -406,6 +406,22 @@ mod tests {
         );
     }
 
+    /// Its rim is out of the box that its middle is in.
+    #[test]
+    fn a_lens_sees_light_where_any_of_it_is() {
+        let mut desc = room();
+        desc.camera.position = Vec3::new(0.5, 0.5, 0.5);
+        let mut desc = with_case(desc, Vec3::splat(0.5), 0.25);
+        desc.spheres.push(ball(CORNER, 0.2, GLASS));
+        for (lens_radius, sees) in [(0.0, false), (0.1, false), (0.4, true)] {
+            desc.camera.lens_radius = lens_radius;
+            let plan = plan(&desc);
+            assert_eq!(plan.photons, sees, "lens {lens_radius}: {plan}");
+            let expected = if lens_radius > 0.0 { EyePaths::Retraced } else { EyePaths::Fixed };
+            assert_eq!(plan.eye_paths, expected);
+        }
+    }
+
     #[test]
     fn only_what_is_asked_for_is_simulated() {
         let mut desc = room();

@@ -21,13 +21,8 @@ pub fn room() -> SceneDesc {
     SceneDesc {
         name: "room".into(),
         path: "room.toml".into(),
-        film: FilmDesc { width: 16, height: 16 },
-        camera: CameraDesc {
-            position: Vec3::new(0.1, 0.2, 0.9),
-            look_at: Vec3::new(0.0, -0.4, -1.0),
-            up: Vec3::Y,
-            fov_degrees: 70.0,
-        },
+        film: FilmDesc::new(16, 16),
+        camera: CameraDesc::pinhole(Vec3::new(0.1, 0.2, 0.9), Vec3::new(0.0, -0.4, -1.0), 70.0),
         render: RenderDesc { passes: 2, photons: 2000, samples: 1, alpha: 0.7, radius: Some(0.1), depth: 16 },
         materials: vec![
             material("wall", Bsdf::Diffuse { albedo: Rgb::splat(0.5) }, 0.0),

@@ -4,7 +4,7 @@ use super::Vec2;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Stream {
-    /// Positions of eye samples inside pixels.
+    /// Positions of eye samples on the film.
     Eye,
     /// Points on area lights for shadow rays of hit points.
     DirectLight,
@@ -22,6 +22,8 @@ pub enum Stream {
     Probe,
     /// The ways on of faint eye paths.
     EyeRoulette,
+    /// Points of the lens that eye samples look through.
+    Lens,
 }
 
 /// A counter-based generator: number `dimension` of `(seed, stream, pass, index)` is a pure function of these five.

@@ -32,14 +32,16 @@ const BATCH: usize = 8192;
 /// The share of an eye sample below which its branches do not split.
 const SPLIT_WEIGHT: f32 = 1.0 / 4096.0;
 
-/// Traces every eye path of the picture, tile by tile in parallel; the order of the result is that of the tiles.
-pub fn trace<'a>(stage: impl Into<Stage<'a>>, settings: &Settings) -> EyePass {
+/// Traces every eye path of the picture, tile by tile in parallel; the order of the result is that of the tiles. Every
+/// `pass` has paths of its own.
+pub fn trace<'a>(stage: impl Into<Stage<'a>>, settings: &Settings, pass: u32) -> EyePass {
     let stage = stage.into();
     let scene = stage.scene;
+    let course = Course { stage, settings, pass };
     let (width, height) = (scene.film().width, scene.film().height);
     let tiles: Vec<Tile> = (0..tiles(scene))
         .into_par_iter()
-        .map_init(Fronts::default, |fronts, k| trace_tile(stage, settings, k, fronts, |_| ()))
+        .map_init(Fronts::default, |fronts, k| trace_tile(course, k, fronts, |_| ()))
         .collect();
     let mut emitted = vec![Rgb::ZERO; width as usize * height as usize];
     for (pixel, radiance) in tiles.iter().flat_map(|tile| &tile.emitted) {
@@ -54,12 +56,13 @@ pub fn trace<'a>(stage: impl Into<Stage<'a>>, settings: &Settings) -> EyePass {
     }
 }
 
-/// The rays that [`trace`] sends through the scene, in the order in which it traces them.
+/// The rays that [`trace`] sends through the scene in the first pass, in the order in which it traces them.
 pub fn record_rays(scene: &Scene, settings: &Settings) -> Vec<Ray> {
+    let course = Course { stage: scene.into(), settings, pass: 0 };
     let rays_of = |k| {
         let mut recorded = Vec::new();
         let see = |rays: &[Ray]| recorded.extend_from_slice(rays);
-        trace_tile(scene.into(), settings, k, &mut Fronts::default(), see);
+        trace_tile(course, k, &mut Fronts::default(), see);
         recorded
     };
     (0..tiles(scene)).into_par_iter().map(rays_of).collect::<Vec<_>>().concat()
@@ -67,6 +70,14 @@ pub fn record_rays(scene: &Scene, settings: &Settings) -> Vec<Ray> {
 
 fn tiles(scene: &Scene) -> u32 {
     scene.film().width.div_ceil(TILE) * scene.film().height.div_ceil(TILE)
+}
+
+/// What eye paths depend on.
+#[derive(Clone, Copy)]
+struct Course<'a> {
+    stage: Stage<'a>,
+    settings: &'a Settings,
+    pass: u32,
 }
 
 /// What the eye paths of a tile found.
@@ -80,13 +91,8 @@ struct Tile {
 }
 
 /// Shows the rays of every batch to `see` before they are traced.
-fn trace_tile(
-    Stage { scene, casters, .. }: Stage,
-    settings: &Settings,
-    tile: u32,
-    fronts: &mut Fronts,
-    mut see: impl FnMut(&[Ray]),
-) -> Tile {
+fn trace_tile(course: Course, tile: u32, fronts: &mut Fronts, mut see: impl FnMut(&[Ray])) -> Tile {
+    let Course { stage: Stage { scene, .. }, settings, .. } = course;
     let (width, height) = (scene.film().width, scene.film().height);
     let columns = width.div_ceil(TILE);
     let (left, top) = (tile % columns * TILE, tile / columns * TILE);
@@ -96,15 +102,13 @@ fn trace_tile(
     let pixel_width = scene.camera().pixel_width();
     let (strata, weight) = (Strata::new(samples), 1.0 / samples as f32);
     let split_weight = SPLIT_WEIGHT * weight;
-    let mut trees = EyeTrees { scene, settings, casters, split_weight, pixel_width, tile };
+    let mut trees = EyeTrees { course, split_weight, pixel_width, tile };
     for y in top..height.min(top + TILE) {
         for x in left..width.min(left + TILE) {
             let pixel = y * width + x;
-            let mut rng = Rng::new(settings.key_of_eye_paths(), Stream::Eye, 0, u64::from(pixel));
-            for (position, sample) in strata.positions(&mut rng).zip(0..) {
-                let ray = scene.camera().ray(Vec2::new(x as f32, y as f32) + position);
+            eye_rays(course, &strata, pixel, |ray, sample| {
                 fronts.waiting[0].push(ray, Branch::first(weight, pixel, sample));
-            }
+            });
             if fronts.waiting[0].rays.len() >= BATCH {
                 trees.trace(fronts, &mut see);
             }
@@ -112,6 +116,24 @@ fn trace_tile(
     }
     trees.trace(fronts, &mut see);
     trees.tile
+}
+
+/// Gives `take` the rays of a pixel's eye samples, with their numbers: one for every stratum of its filter, and of the lens.
+fn eye_rays(course: Course, strata: &Strata, pixel: u32, mut take: impl FnMut(Ray, u32)) {
+    let Course { stage: Stage { scene, .. }, settings, pass } = course;
+    let film = scene.film();
+    let corner = Vec2::new((pixel % film.width) as f32, (pixel / film.width) as f32);
+    let generator = |stream| Rng::new(settings.key_of_eye_paths(), stream, pass, u64::from(pixel));
+    let lens = if scene.camera().has_lens() {
+        strata.shuffled_positions(&mut generator(Stream::Lens))
+    } else {
+        Vec::new()
+    };
+    for (u, sample) in strata.positions(&mut generator(Stream::Eye)).zip(0..) {
+        let raster = corner + film.filter.sample(u);
+        let through = lens.get(sample as usize).copied().unwrap_or_default();
+        take(scene.camera().ray_through_lens(raster, through), sample);
+    }
 }
 
 /// Strata of equal size and nearly equal sides, as many as there are samples, that tile a pixel.
@@ -132,6 +154,16 @@ impl Strata {
         let strata = Vec2::new(self.columns as f32, self.rows as f32);
         let corners = (0..self.rows).flat_map(|y| (0..self.columns).map(move |x| (x, y)));
         corners.map(move |(x, y)| (Vec2::new(x as f32, y as f32) + rng.next_vec2()) / strata)
+    }
+
+    /// The same in any order, so that what is drawn from other strata has nothing to do with it.
+    fn shuffled_positions(&self, rng: &mut Rng) -> Vec<Vec2> {
+        let mut positions: Vec<Vec2> = self.positions(rng).collect();
+        for last in (1..positions.len()).rev() {
+            let chosen = (u64::from(rng.next_u32()) * (last as u64 + 1)) >> 32;
+            positions.swap(last, chosen as usize);
+        }
+        positions
     }
 }
 
@@ -157,8 +189,9 @@ impl Branch {
     }
 
     /// Uniform in `[0, 1)`, for its roulette.
-    fn draw(&self, settings: &Settings) -> f32 {
-        Rng::new(settings.key_of_eye_paths(), Stream::EyeRoulette, self.key, u64::from(self.pixel)).next_f32()
+    fn draw(&self, Course { settings, pass, .. }: Course) -> f32 {
+        let index = u64::from(pass) << 32 | u64::from(self.pixel);
+        Rng::new(settings.key_of_eye_paths(), Stream::EyeRoulette, self.key, index).next_f32()
     }
 }
 
@@ -199,10 +232,7 @@ struct Fronts {
 
 /// The trees of the eye samples of a tile, and where their results go.
 struct EyeTrees<'a> {
-    scene: &'a Scene,
-    settings: &'a Settings,
-    /// Whether any surface is specular.
-    casters: bool,
+    course: Course<'a>,
     split_weight: f32,
     pixel_width: f32,
     tile: Tile,
@@ -220,7 +250,7 @@ impl EyeTrees<'_> {
             }
             self.tile.rays += batch.rays.len() as u64;
             see(&batch.rays);
-            self.scene.intersect_all(&batch.rays, Coherence::Coherent, |k, hit| {
+            self.course.stage.scene.intersect_all(&batch.rays, Coherence::Coherent, |k, hit| {
                 self.visit(&batch.branches[k], hit, waiting);
             });
         }
@@ -229,26 +259,28 @@ impl EyeTrees<'_> {
     // Inlined for the same reason as `Surface::at`.
     #[inline(always)]
     fn visit(&mut self, branch: &Branch, hit: &SurfaceHit, waiting: &mut [Front; 2]) {
-        let emission = self.scene.emission(hit);
+        let scene = self.course.stage.scene;
+        let emission = scene.emission(hit);
         if emission != Rgb::ZERO {
             self.tile.emitted.push((branch.pixel, branch.weight * emission));
         }
         let length = branch.length + hit.t;
-        if self.scene.albedo(hit) != Rgb::ZERO {
+        if scene.albedo(hit) != Rgb::ZERO {
             self.leave_hit_point(branch, length, hit);
         }
-        if self.casters {
+        if self.course.stage.casters {
             self.branch_on(branch, length, hit, waiting);
         }
     }
 
     /// Follows the specular lobes: all of them, or one chosen by roulette where the branch is faint.
     fn branch_on(&mut self, branch: &Branch, length: f32, hit: &SurfaceHit, waiting: &mut [Front; 2]) {
-        let scattering = self.scene.scatter(hit, Transport::Camera);
+        let Course { stage: Stage { scene, .. }, settings, .. } = self.course;
+        let scattering = scene.scatter(hit, Transport::Camera);
         let mut go_on = |event, wi, factor| {
             let branch = branch.after(event, branch.weight * factor, length);
             let Some(ray) = hit.continue_along(event, hit.frame().to_world(wi)) else { return };
-            if branch.depth <= self.settings.depth {
+            if branch.depth <= settings.depth {
                 waiting[usize::from(event == Event::Transmission)].push(ray, branch);
             } else {
                 self.tile.cut_weight += f64::from(mean(branch.weight));
@@ -257,7 +289,7 @@ impl EyeTrees<'_> {
         if mean(branch.weight) >= self.split_weight {
             scattering.specular().for_each(|lobe| go_on(lobe.event, lobe.wi, lobe.weight()));
         } else if let Some(Choice::Specular { event, wi, factor }) =
-            scattering.choose(branch.draw(self.settings))
+            scattering.choose(branch.draw(self.course))
         {
             go_on(event, wi, factor);
         }
@@ -278,17 +310,21 @@ impl EyeTrees<'_> {
 mod tests {
     use super::*;
     use crate::math::Vec3;
-    use crate::scene;
+    use crate::scene::{self, PixelFilter, SceneDesc};
     use std::path::Path;
 
     /// Not a multiple of the tile's size, so that tiles are cut at two edges.
     const SIZE: (u32, u32) = (70, 45);
 
-    fn glass_and_mirror() -> Scene {
+    fn glass_and_mirror_desc() -> SceneDesc {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/cornell_b.toml");
         let mut desc = scene::load(&path).unwrap();
         (desc.film.width, desc.film.height) = SIZE;
-        Scene::new(desc).unwrap()
+        desc
+    }
+
+    fn glass_and_mirror() -> Scene {
+        Scene::new(glass_and_mirror_desc()).unwrap()
     }
 
     /// What a pixel gets where every hit point has irradiance 1 (the sum of the weights), and its emitted light.
@@ -331,7 +367,7 @@ mod tests {
             let ways: Vec<(Event, Vec3, Rgb)> = if mean(weight) * settings.samples as f32 >= SPLIT_WEIGHT {
                 scattering.specular().map(|lobe| (lobe.event, lobe.wi, lobe.weight())).collect()
             } else {
-                match scattering.choose(branch.draw(settings)) {
+                match scattering.choose(branch.draw(Course { stage: scene.into(), settings, pass: 0 })) {
                     Some(Choice::Specular { event, wi, factor }) => vec![(event, wi, factor)],
                     _ => vec![],
                 }
@@ -361,7 +397,7 @@ mod tests {
         let scene = glass_and_mirror();
         for (samples, depth) in [(1, 0), (3, 2), (4, 12)] {
             let settings = Settings { samples, depth, ..Settings::of_scene(scene.render()) };
-            let (eye, naive) = (trace(&scene, &settings), Naive::trace(&scene, &settings));
+            let (eye, naive) = (trace(&scene, &settings, 0), Naive::trace(&scene, &settings));
             let differs =
                 |(a, b): &(Pixel, Pixel)| (0..2).any(|k| (a[k] - b[k]).abs() > 1e-3 * b[k].max(0.1));
             let different = pixels(&eye).into_iter().zip(naive.pixels).filter(differs).count();
@@ -407,11 +443,55 @@ mod tests {
         }
     }
 
+    /// Of a plain pixel, and of one with a filter and a lens: the middle of the lens and the mean position on the film.
+    #[test]
+    fn eye_rays_are_spread_over_filter_and_lens() {
+        const SAMPLES: u32 = 400;
+        let mut desc = glass_and_mirror_desc();
+        desc.film.filter = PixelFilter::Tent;
+        (desc.camera.lens_radius, desc.camera.focus_distance) = (0.1, 2.0);
+        let scene = Scene::new(desc).unwrap();
+        let settings = Settings { samples: SAMPLES, ..Settings::of_scene(scene.render()) };
+        let (camera, middle) = (scene.camera(), Vec2::new(30.5, 20.5));
+        let (mut origin, mut raster, mut correlation) = (Vec3::ZERO, Vec2::ZERO, Vec2::ZERO);
+        let right = (camera.ray(Vec2::new(31.5, 20.5)).dir - camera.ray(middle).dir).normalize();
+        let course = Course { stage: (&scene).into(), settings: &settings, pass: 0 };
+        eye_rays(course, &Strata::new(SAMPLES), 20 * SIZE.0 + 30, |ray, _| {
+            let offset = ray.origin - camera.position();
+            let chief = Ray::new(
+                camera.position(),
+                ray.at(2.0 / ray.dir.dot(camera.ray(middle).dir)) - camera.position(),
+            );
+            let seen = camera.project(chief.at(1.0), Vec2::splat(0.5), 9.0).unwrap().raster - middle;
+            (origin, raster) = (origin + offset, raster + seen);
+            correlation += seen * offset.dot(right) / 0.1;
+        });
+        let n = SAMPLES as f32;
+        assert!((origin / n).length() < 0.1 * 0.02, "{origin}");
+        assert!((raster / n).length() < 0.02, "{raster}");
+        assert!((correlation / n).length() < 0.05, "strata of film and lens go together: {correlation}");
+    }
+
+    #[test]
+    fn shuffled_strata_are_all_there_in_another_order() {
+        let strata = Strata::new(12);
+        let stratum = |p: &Vec2| (p.y * 4.0) as usize * 3 + (p.x * 3.0) as usize;
+        let mut orders = std::collections::BTreeSet::new();
+        for index in 0..50 {
+            let positions = strata.shuffled_positions(&mut Rng::new(0, Stream::Test, 0, index));
+            let mut order: Vec<usize> = positions.iter().map(stratum).collect();
+            orders.insert(order.clone());
+            order.sort_unstable();
+            assert!(order.into_iter().eq(0..12));
+        }
+        assert!(orders.len() == 50, "{} orders", orders.len());
+    }
+
     #[test]
     fn recorded_rays_are_those_of_the_pass() {
         let scene = glass_and_mirror();
         let settings = Settings { samples: 2, ..Settings::of_scene(scene.render()) };
-        let (eye, rays) = (trace(&scene, &settings), record_rays(&scene, &settings));
+        let (eye, rays) = (trace(&scene, &settings, 0), record_rays(&scene, &settings));
         assert_eq!(rays.len() as u64, eye.rays);
         assert!(eye.rays > u64::from(SIZE.0 * SIZE.1 * 2), "the balls mirror and refract");
         let hits = rays.iter().filter_map(|ray| scene.intersect(ray));

@@ -1,54 +1,124 @@
-//! Photons of one kind of path, gathered at the hit points with radii of their own.
+//! Photons of one kind of path, gathered with radii of their own.
 
+use super::gather_by_pixel::gather_by_pixel;
+use super::pixel_lists::PixelLists;
 use super::radius_floor::RadiusFloor;
 use super::statistic::Statistics;
 use super::statistics::{ClassStatistics, RadiusRange};
-use super::{Facets, Found, GatherState, HitPoint, Photons, Settings, gather};
+use super::{EyePaths, Facets, Found, GatherState, HitPoint, Photons, Settings, gather};
 use crate::bvh::SphereBvh;
 use crate::effects::PathClass;
 
-/// The statistics of all hit points for one kind of path, and the tree over the spheres that they gather from.
+/// Whose the statistics are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Keeper {
+    /// Every hit point has its own, in the order of the tree.
+    HitPoints,
+    /// All hit points of a pixel share those of the pixel.
+    Pixels,
+}
+
+impl Keeper {
+    pub fn of(eye_paths: EyePaths) -> Keeper {
+        match eye_paths {
+            EyePaths::Fixed => Keeper::HitPoints,
+            EyePaths::Retraced => Keeper::Pixels,
+        }
+    }
+
+    /// How many of them there are.
+    pub fn count(self, hit_points: &[HitPoint], pixels: usize) -> usize {
+        match self {
+            Keeper::HitPoints => hit_points.len(),
+            Keeper::Pixels => pixels,
+        }
+    }
+
+    /// Where the statistics stand of the hit point at `position`.
+    pub fn index(self, hit_points: &[HitPoint], position: usize) -> usize {
+        match self {
+            Keeper::HitPoints => position,
+            Keeper::Pixels => hit_points[position].pixel as usize,
+        }
+    }
+}
+
+/// The statistics of one kind of path, and the tree over the spheres that they gather from.
 #[derive(Clone, Debug)]
 pub(super) struct Collector {
     pub class: PathClass,
     pub tree: SphereBvh,
     pub states: Statistics,
+    pub keeper: Keeper,
     radius_floor: RadiusFloor,
 }
 
+/// What the eye sees in a pass.
+#[derive(Clone, Copy)]
+pub(super) struct View<'a> {
+    pub hit_points: &'a [HitPoint],
+    pub facets: &'a Facets,
+    /// The hit points of each pixel, where pixels keep the statistics.
+    pub lists: Option<&'a PixelLists>,
+}
+
 impl Collector {
-    /// With discs of one radius, none below its floor.
+    /// With discs of one radius, none below its floor, kept by so many hit points or pixels.
     pub fn new(
         class: PathClass,
         tree: SphereBvh,
         hit_points: &[HitPoint],
+        (keeper, count): (Keeper, usize),
         radius: f64,
         settings: &Settings,
     ) -> Collector {
-        let states = Statistics::new(tree.len(), radius, settings.policy, settings.precision);
-        let mut collector = Collector { class, tree, states, radius_floor: RadiusFloor::of(hit_points) };
+        let states = Statistics::new(count, radius, settings.policy, settings.precision);
+        let radius_floor = RadiusFloor::of(hit_points);
+        let mut collector = Collector { class, tree, states, keeper, radius_floor };
         collector.raise(hit_points);
         collector
     }
 
+    /// Goes on with other hit points, which share the radii of their pixels.
+    pub fn look_at(&mut self, tree: SphereBvh, hit_points: &[HitPoint]) {
+        self.tree = tree;
+        self.radius_floor = RadiusFloor::of(hit_points);
+        self.refit(hit_points);
+        self.raise(hit_points);
+    }
+
     /// Adds the photons of pass number `pass`, from 1, shrinks the radii and lets the tree follow.
-    pub fn gather(&mut self, facets: &Facets, photons: &Photons, settings: &Settings, pass: u32) -> Found {
+    pub fn gather(&mut self, view: View, photons: &Photons, settings: &Settings, pass: u32) -> Found {
         let own_alpha = settings.policy.own_alpha(settings.alpha);
-        let found = gather::gather(&mut self.tree, facets, photons, own_alpha, &mut self.states);
-        if let Some(ratio) = settings.policy.common_ratio(settings.alpha, pass) {
+        let Collector { tree, states, .. } = self;
+        let found = match view.lists {
+            None => gather::gather(tree, view.facets, photons, own_alpha, states),
+            Some(lists) => gather_by_pixel(tree, view.facets, photons, own_alpha, lists, states),
+        };
+        let ratio = settings.policy.common_ratio(settings.alpha, pass);
+        if let Some(ratio) = ratio {
             self.states.shrink(ratio);
-            self.tree.refit(|position| self.states.get(position).radius() as f32);
+        }
+        if ratio.is_some() || view.lists.is_some() {
+            self.refit(view.hit_points);
         }
         found
     }
 
-    /// Raises radii to their floor.
-    pub fn raise(&mut self, hit_points: &[HitPoint]) -> RadiusRange {
-        self.radius_floor.apply(hit_points, &mut self.states, &mut self.tree)
+    /// Gives every sphere the radius of its statistics.
+    fn refit(&mut self, hit_points: &[HitPoint]) {
+        let Collector { tree, states, keeper, .. } = self;
+        tree.refit(|position| states.get(keeper.index(hit_points, position)).radius() as f32);
     }
 
-    pub fn state(&self, position: usize) -> GatherState {
-        self.states.get(position)
+    /// Raises radii to their floor.
+    pub fn raise(&mut self, hit_points: &[HitPoint]) -> RadiusRange {
+        self.radius_floor.apply(hit_points, self.keeper, &mut self.states, &mut self.tree)
+    }
+
+    /// Of a hit point, or a pixel.
+    pub fn state(&self, index: usize) -> GatherState {
+        self.states.get(index)
     }
 
     pub fn statistics(&self, found: Found, radius: RadiusRange) -> ClassStatistics {

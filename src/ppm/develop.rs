@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::Render;
 use super::collector::Collector;
+use super::direct_light::DirectLight;
 use crate::effects::PathClass;
 use crate::film::Image;
 use crate::math::{DVec3, Rgb};
@@ -25,12 +26,11 @@ pub(super) fn layer(render: &Render, class: PathClass) -> Image {
 fn class_radiance(render: &Render, class: PathClass, pixel: usize) -> DVec3 {
     match class {
         _ if !render.plan.classes.contains(class) => DVec3::ZERO,
-        PathClass::Direct => {
-            render.emitted_light[pixel].as_dvec3() + reflected(render, pixel, |p| render.direct.irradiance(p))
-        }
+        PathClass::Direct => render.direct.radiance(render.pixel_lists(), pixel),
         PathClass::Caustic | PathClass::Indirect => {
             render.collector(class).map_or(DVec3::ZERO, |collector| {
-                reflected(render, pixel, |p| collector.state(p).irradiance(render.emitted_photons))
+                let irradiance = |p| collector.state(p).irradiance(render.emitted_photons);
+                render.pixel_lists().reflected(pixel, irradiance)
             })
         }
     }
@@ -49,17 +49,15 @@ pub(super) fn noisy_radiance(render: &Render, pixel: usize) -> DVec3 {
         state.flux * (share / state.radius2)
     };
     let photons = |p| render.collectors.iter().map(|collector| from(collector, p)).sum::<DVec3>();
-    if !render.direct.is_sampled() {
-        return reflected(render, pixel, photons);
+    let lists = render.pixel_lists();
+    match &render.direct {
+        DirectLight::Retraced { light, .. } => light.radiance(pixel) + lists.reflected(pixel, photons),
+        DirectLight::Fixed { pass, .. } if !pass.is_sampled() => lists.reflected(pixel, photons),
+        // One walk for all: estimates of the error read every hit point again and again.
+        DirectLight::Fixed { pass, .. } => {
+            lists.reflected(pixel, |p| photons(p) + pass.irradiance_from_areas(p))
+        }
     }
-    // One walk for all: estimates of the error read every hit point again and again.
-    reflected(render, pixel, |p| photons(p) + render.direct.irradiance_from_areas(p))
-}
-
-/// What a pixel sees of the irradiance at its hit points.
-fn reflected(render: &Render, pixel: usize, irradiance: impl Fn(usize) -> DVec3) -> DVec3 {
-    let seen = render.pixel_lists().of(pixel).iter();
-    seen.map(|seen| seen.factor.as_dvec3() * irradiance(seen.position as usize)).sum()
 }
 
 /// The picture of what each pixel is given, computed side by side.

@@ -125,6 +125,26 @@ impl DirectPass {
     }
 }
 
+/// The direct irradiance at every hit point (W/m²), by one sample of the area lights of its own `pass`, and the shadow rays
+/// that it took. Keys are those of [`DirectPass::new`].
+pub(super) fn sample_once(
+    Stage { scene, lights, .. }: Stage,
+    hit_points: &[HitPoint],
+    keys: &[u32],
+    seed: u64,
+    pass: u32,
+) -> (Vec<DVec3>, u64) {
+    let sample = |(hit_point, &key): (&HitPoint, &u32)| {
+        let exact = scene.direct_from_points(lights, &hit_point.receiver);
+        let sample = scene.direct_from_areas(lights, &hit_point.receiver, &mut generator(seed, pass, key));
+        let irradiance = exact.irradiance.as_dvec3() + sample.irradiance.as_dvec3();
+        (irradiance, u64::from(exact.shadow_rays + sample.shadow_rays))
+    };
+    let samples: Vec<(DVec3, u64)> = hit_points.par_iter().zip(keys).map(sample).collect();
+    let rays = samples.iter().map(|(_, rays)| rays).sum();
+    (samples.into_iter().map(|(irradiance, _)| irradiance).collect(), rays)
+}
+
 fn generator(seed: u64, pass: u32, key: u32) -> Rng {
     Rng::new(seed, Stream::DirectLight, pass, key.into())
 }
@@ -146,7 +166,7 @@ mod tests {
             let scene = Scene::new(desc).unwrap();
             let settings = Settings { samples: 1, ..Settings::of_scene(scene.render()) };
             let hit_points: Vec<HitPoint> =
-                camera_pass::trace(&scene, &settings).hit_points.iter().copied().collect();
+                camera_pass::trace(&scene, &settings, 0).hit_points.iter().copied().collect();
             let direct = DirectPass::new(&scene, &hit_points, (0..hit_points.len() as u32).collect(), 3);
             let rays = DirectPass::record_rays(&scene, &hit_points, 3);
             assert_eq!(rays.len() as u64, direct.rays());

@@ -66,10 +66,15 @@ impl TestedState {
 
 impl PartSums {
     fn add(&mut self, other: &PartSums) {
+        self.add_times(1.0, other);
+    }
+
+    /// Adds photons of `factor` times as much flux.
+    pub(super) fn add_times(&mut self, factor: f64, other: &PartSums) {
         for (sum, flux) in self.flux.iter_mut().zip(other.flux) {
-            *sum += flux;
+            *sum += factor * flux;
         }
-        self.squares += other.squares;
+        self.squares += factor * factor * other.squares;
     }
 
     fn chi_squared(&self) -> f64 {

@@ -4,7 +4,7 @@ use std::marker::PhantomData;
 use std::ops::{Add, Range};
 
 use super::lane_parts::{LaneParts, PartArrays};
-use super::statistic::{Statistic, Statistics};
+use super::statistic::{Gathers, Statistics};
 use super::{Facets, PassSum, Photon, Photons};
 use crate::bvh::{Gatherer, Leaf, Radii, SphereBvh};
 use crate::math::{DVec3, Rgb};
@@ -58,7 +58,8 @@ pub(super) fn gather(
     }
 }
 
-fn gather_into<S: Statistic>(
+/// The same for states of one kind.
+pub(super) fn gather_into<S: Gathers>(
     tree: &mut SphereBvh,
     facets: &Facets,
     photons: &Photons,
@@ -82,7 +83,7 @@ struct Task {
     found: Found,
 }
 
-impl<S: Statistic> Gatherer for PhotonGatherer<'_, S> {
+impl<S: Gathers> Gatherer for PhotonGatherer<'_, S> {
     type State = S;
     type Task = Task;
     type Tally = Found;
@@ -208,7 +209,7 @@ struct Closed {
 
 /// Closes the pass for the hit points of a leaf, those that accepted photons.
 #[inline(always)]
-fn close<S: Statistic>(
+fn close<S: Gathers>(
     states: &mut [S],
     radii: &mut [f32],
     mut touched: Mask,
@@ -225,7 +226,7 @@ fn close<S: Statistic>(
         let parts = parts.map(|parts| parts.lane(lane)).unwrap_or_default();
         states[lane].after_pass(&pass, &parts, alpha);
         closed.accepted += u64::from(pass.accepted);
-        let shrunk = states[lane].state().radius() as f32;
+        let shrunk = states[lane].radius() as f32;
         if shrunk != radii[lane] {
             radii[lane] = shrunk;
             closed.radii = Radii::Changed;
@@ -238,7 +239,7 @@ fn close<S: Statistic>(
 mod tests {
     use super::super::evenness::{PartSums, TestedState};
     use super::super::photon_pass::Deposits;
-    use super::super::statistic::SingleState;
+    use super::super::statistic::{SingleState, Statistic};
     use super::super::{GatherState, HitPoint};
     use super::*;
     use crate::bvh::Sphere;

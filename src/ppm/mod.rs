@@ -8,8 +8,12 @@
 //!                                     accuracy ──> its error
 //! ```
 //!
+//! Where a lens or a pixel filter asks for it, every pass begins with the first two lines, and pixels take the place of hit
+//! points in what is kept ([`EyePaths`]).
+//!
 //! # Source
-//! Hachisuka, Ogaki and Jensen, "Progressive Photon Mapping", SIGGRAPH Asia 2008.
+//! Hachisuka, Ogaki and Jensen, "Progressive Photon Mapping", SIGGRAPH Asia 2008; Hachisuka and Jensen, "Stochastic Progressive
+//! Photon Mapping", SIGGRAPH Asia 2009.
 
 mod accuracy;
 pub mod camera_pass;
@@ -17,6 +21,7 @@ mod collector;
 mod develop;
 mod diffuse_bounce;
 mod direct;
+mod direct_light;
 mod draws;
 mod emission;
 mod evenness;
@@ -24,12 +29,14 @@ mod facets;
 mod flights;
 mod flux_ledger;
 mod gather;
+mod gather_by_pixel;
 mod hit_point;
 mod hit_points;
 mod lane_flux;
 mod lane_parts;
 mod ledger;
 pub mod photon_pass;
+mod pixel_light;
 mod pixel_lists;
 mod radius;
 mod radius_floor;
@@ -66,13 +73,14 @@ use std::sync::OnceLock;
 use rayon::prelude::*;
 
 use crate::bvh::{Sphere, SphereBvh};
-use crate::effects::{PathClass, PathClasses, Plan};
+use crate::effects::{EyePaths, PathClass, PathClasses, Plan};
 use crate::film::Image;
 use crate::light::Lights;
 use crate::math::{DVec3, Rgb};
 use crate::scene::Scene;
 use accuracy::{BatchMeans, sampling_step};
-use collector::Collector;
+use collector::{Collector, Keeper, View};
+use direct_light::DirectLight;
 use pixel_lists::PixelLists;
 use statistics::Stopwatch;
 
@@ -80,20 +88,18 @@ use statistics::Stopwatch;
 pub struct Render<'s> {
     scene: &'s Scene,
     settings: Settings,
-    /// In the order of the tree, as are the states.
+    /// In the order of the tree, as are the states: those of the pass under way, where eye paths are retraced.
     hit_points: Vec<HitPoint>,
     /// One for each kind of path that photons bring light by.
     collectors: Vec<Collector>,
-    /// Made when a picture is first asked for.
+    /// For each pixel, where its statistics stand; made when a picture is first asked for.
     pixel_lists: OnceLock<PixelLists>,
     facets: Facets,
     plan: Plan,
     /// Those that the plan keeps.
     lights: Lights,
-    direct: DirectPass,
+    direct: DirectLight,
     photon_pass: PhotonPass,
-    /// Lights that are seen directly, by pixel.
-    emitted_light: Vec<Rgb>,
     emitted_photons: u64,
     passes: u32,
     /// Where the settings ask for estimates of the error.
@@ -109,19 +115,25 @@ impl<'s> Render<'s> {
         let lights = scene.lights().filtered(|number| plan.keeps_light(number));
         let stage = Stage::new(scene, &lights, &plan);
         let plan_seconds = watch.lap();
-        let eye = camera_pass::trace(stage, &settings);
+        let eye = camera_pass::trace(stage, &settings, 0);
         let eye_seconds = watch.lap();
         let radius = settings.radius.unwrap_or_else(|| automatic_radius(&eye.hit_points));
-        let (tree, hit_points, order) = build_tree(&eye.hit_points, radius);
+        let (tree, hit_points, order) = build_tree(&eye.hit_points, |_| radius as f32);
         let facets = Facets::of(&hit_points);
         let plan = match settings.planning {
             Planning::Derived => plan.finish_if_blind(hit_points.len() as u64),
             Planning::Everything => plan,
         };
-        let collectors = collectors(plan.classes, tree, &hit_points, radius, &settings);
+        let keeper = Keeper::of(plan.eye_paths);
+        let kept = (keeper, keeper.count(&hit_points, eye.emitted.len()));
+        let collectors = collectors(plan.classes, tree, &hit_points, kept, radius, &settings);
         let batches = batch_means(&settings, eye.emitted.len());
+        let pixel_lists = match plan.eye_paths {
+            EyePaths::Fixed => OnceLock::new(),
+            EyePaths::Retraced => PixelLists::of_pixels(&hit_points, eye.emitted.len()).into(),
+        };
         let tree_seconds = watch.lap();
-        let direct = DirectPass::new(stage, &hit_points, order, settings.seed);
+        let direct = DirectLight::new(stage, plan.eye_paths, settings.seed, &hit_points, order, eye.emitted);
         let setup = SetupStatistics {
             hit_points: hit_points.len() as u64,
             eye_rays: eye.rays,
@@ -138,13 +150,12 @@ impl<'s> Render<'s> {
             settings,
             hit_points,
             collectors,
-            pixel_lists: OnceLock::new(),
+            pixel_lists,
             facets,
             plan,
             lights,
             direct,
             photon_pass: PhotonPass::default(),
-            emitted_light: eye.emitted,
             emitted_photons: 0,
             passes: 0,
             batches,
@@ -152,18 +163,16 @@ impl<'s> Render<'s> {
         }
     }
 
-    /// One pass: direct light anew where it is sampled; photons are traced and gathered, radii shrink, trees follow.
+    /// One pass: eye paths and direct light anew where they change; photons are traced and gathered, radii shrink, trees follow.
     pub fn pass(&mut self) -> PassStatistics {
         let mut watch = Stopwatch::start();
         let mut phases = PhaseSeconds::default();
         let shadow_rays_before = self.direct.rays();
-        let settings = self.settings;
-        let Render { collectors, photon_pass, facets, .. } = self;
-        let stage = Stage::new(self.scene, &self.lights, &self.plan);
-        if self.passes > 0 {
-            self.direct.add_pass(stage, &self.hit_points, settings.seed);
-        }
+        let eye_rays = if self.passes > 0 { self.look_again(&mut watch, &mut phases) } else { 0 };
         phases.direct = watch.lap();
+        let settings = self.settings;
+        let stage = Stage::new(self.scene, &self.lights, &self.plan);
+        let Render { collectors, photon_pass, facets, hit_points, direct, .. } = self;
         let batch = match collectors.is_empty() {
             true => photon_pass.skip(),
             false => photon_pass.trace(stage, &settings, self.passes),
@@ -172,7 +181,8 @@ impl<'s> Render<'s> {
         let ledger = batch.ledger;
         self.emitted_photons += ledger.emitted;
         self.passes += 1;
-        let gather = |c: &mut Collector| c.gather(facets, &batch.of(c.class), &settings, self.passes);
+        let view = View { hit_points, facets, lists: direct.view() };
+        let gather = |c: &mut Collector| c.gather(view, &batch.of(c.class), &settings, self.passes);
         let found: Vec<Found> = collectors.iter_mut().map(gather).collect();
         phases.gather = watch.lap();
         let classes = self.raise_radii(&found);
@@ -184,7 +194,30 @@ impl<'s> Render<'s> {
         self.close_batch(&classes);
         phases.errors = watch.lap();
         let shadow_rays = self.direct.rays() - shadow_rays_before;
-        self.statistics(phases, ledger, classes, shadow_rays)
+        self.statistics(phases, ledger, classes, eye_rays + shadow_rays)
+    }
+
+    /// Sees what a further pass sees: the same points in other light, or other points. How many eye rays that took.
+    fn look_again(&mut self, watch: &mut Stopwatch, phases: &mut PhaseSeconds) -> u64 {
+        let stage = Stage::new(self.scene, &self.lights, &self.plan);
+        if let DirectLight::Fixed { pass, .. } = &mut self.direct {
+            pass.add_pass(stage, &self.hit_points, self.settings.seed);
+            return 0;
+        }
+        let eye = camera_pass::trace(stage, &self.settings, self.passes);
+        let radius_of = |hit_point: &HitPoint| {
+            let radius = |collector: &Collector| collector.state(hit_point.pixel as usize).radius();
+            self.collectors.first().map_or(self.setup.radius, radius) as f32
+        };
+        let (tree, hit_points, order) = build_tree(&eye.hit_points, radius_of);
+        for collector in &mut self.collectors {
+            collector.look_at(tree.clone(), &hit_points);
+        }
+        self.facets = Facets::of(&hit_points);
+        self.hit_points = hit_points;
+        phases.eye = watch.lap();
+        self.direct.add_view(stage, self.settings.seed, &self.hit_points, &order, &eye.emitted);
+        eye.rays
     }
 
     /// Ends the pass of every collector: what it found and how large its discs are.
@@ -235,6 +268,11 @@ impl<'s> Render<'s> {
         &self.plan
     }
 
+    /// Whether eye paths stay.
+    pub fn eye_paths(&self) -> EyePaths {
+        self.plan.eye_paths
+    }
+
     /// Whether no further pass can change the picture.
     pub fn is_finished(&self) -> bool {
         self.collectors.is_empty() && !self.direct.is_sampled()
@@ -242,8 +280,13 @@ impl<'s> Render<'s> {
 
     fn pixel_lists(&self) -> &PixelLists {
         self.pixel_lists.get_or_init(|| {
-            PixelLists::new(&self.hit_points, self.emitted_light.len(), |h| reflectance(self.scene, h))
+            PixelLists::new(&self.hit_points, pixels(self.scene), |h| reflectance(self.scene, h))
         })
+    }
+
+    /// Whether a pixel saw no hit point in any pass.
+    fn sees_nothing(&self, pixel: usize) -> bool {
+        self.direct.sees_nothing(self.pixel_lists(), pixel)
     }
 
     /// What the set-up found and took.
@@ -266,19 +309,21 @@ impl<'s> Render<'s> {
         &self.settings
     }
 
-    /// The hit points, in the order of the tree.
+    /// The hit points, in the order of the tree: those of the pass under way, where eye paths are retraced.
     pub fn hit_points(&self) -> &[HitPoint] {
         &self.hit_points
     }
 
     /// The progressive statistics of the hit points for photons of one kind of path, in their order; none if it is not
-    /// simulated.
+    /// simulated. Where eye paths are retraced, those of the pixels, with the flux of each hit point weighed by
+    /// `weight · albedo / π`.
     pub fn states(&self, class: PathClass) -> Vec<GatherState> {
         let all = |c: &Collector| (0..c.states.len()).map(|position| c.state(position)).collect();
         self.collector(class).map(all).unwrap_or_default()
     }
 
-    /// The irradiance by all photons at the hit point at `position` (W/m²).
+    /// The irradiance by all photons at the hit point at `position` (W/m²). Where eye paths are retraced, the radiance by photons
+    /// of the pixel of that number.
     pub fn photon_irradiance(&self, position: usize) -> DVec3 {
         self.collectors.iter().map(|c| c.state(position).irradiance(self.emitted_photons)).sum()
     }
@@ -311,15 +356,15 @@ impl<'s> Render<'s> {
             + self.facets.memory_bytes()
             + self.direct.memory_bytes()
             + self.photon_pass.memory_bytes()
-            + size_of_val(&*self.emitted_light)
     }
 }
 
 fn plan_of(scene: &Scene, settings: &Settings) -> Plan {
-    match settings.planning {
+    let plan = match settings.planning {
         Planning::Derived => Plan::of(scene, settings.transport),
         Planning::Everything => Plan::everything(scene, settings.transport),
-    }
+    };
+    plan.with_eye_paths(settings.eye_paths)
 }
 
 /// One for each kind of path that photons bring light by; all start from the same tree.
@@ -327,12 +372,13 @@ fn collectors(
     classes: PathClasses,
     tree: SphereBvh,
     hit_points: &[HitPoint],
+    kept: (Keeper, usize),
     radius: f64,
     settings: &Settings,
 ) -> Vec<Collector> {
     let by_photons: Vec<PathClass> = classes.without(PathClass::Direct).iter().collect();
     let trees = vec![tree; by_photons.len()];
-    let collector = |(class, tree)| Collector::new(class, tree, hit_points, radius, settings);
+    let collector = |(class, tree)| Collector::new(class, tree, hit_points, kept, radius, settings);
     by_photons.into_iter().zip(trees).map(collector).collect()
 }
 
@@ -349,10 +395,16 @@ fn reflectance(scene: &Scene, hit_point: &HitPoint) -> Rgb {
     hit_point.weight * scene.materials()[hit_point.material as usize].bsdf.albedo() / PI
 }
 
-/// The tree over spheres of the given radius, the hit points in its order, and their indices before.
-fn build_tree(hit_points: &HitPoints, radius: f64) -> (SphereBvh, Vec<HitPoint>, Vec<u32>) {
-    let radius = radius as f32;
-    let spheres = hit_points.map(|h| Sphere { center: h.receiver.p, radius });
+fn pixels(scene: &Scene) -> usize {
+    scene.film().width as usize * scene.film().height as usize
+}
+
+/// The tree over spheres of the given radii, the hit points in its order, and their indices before.
+fn build_tree(
+    hit_points: &HitPoints,
+    radius: impl Fn(&HitPoint) -> f32 + Sync + Send,
+) -> (SphereBvh, Vec<HitPoint>, Vec<u32>) {
+    let spheres = hit_points.map(|h| Sphere { center: h.receiver.p, radius: radius(h) });
     let (tree, order) = SphereBvh::build(&spheres);
     let ordered = order.par_iter().map(|&index| *hit_points.get(index as usize)).collect();
     (tree, ordered, order)

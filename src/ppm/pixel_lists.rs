@@ -1,5 +1,5 @@
 use super::HitPoint;
-use crate::math::Rgb;
+use crate::math::{DVec3, Rgb};
 
 /// For every pixel, its hit points in the order of the tree, so that pixels can be summed side by side.
 ///
@@ -19,7 +19,7 @@ pub(super) struct PixelLists {
 /// A hit point as its pixel sees it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Seen {
-    /// Its position in the tree.
+    /// Where its statistics stand: by its position in the tree.
     pub(super) position: u32,
     /// The factor from its irradiance to the radiance of the pixel: `weight · albedo / π`.
     pub(super) factor: Rgb,
@@ -50,10 +50,29 @@ impl PixelLists {
         PixelLists { places, pixels: order, starts, seen }
     }
 
+    /// Where eye paths are retraced: every pixel keeps statistics of its own radiance, and has its place by the hit points of
+    /// the first pass.
+    pub(super) fn of_pixels(hit_points: &[HitPoint], pixels: usize) -> PixelLists {
+        let (places, order) = first_come(hit_points, pixels);
+        let seen = order.iter().map(|&pixel| Seen { position: pixel, factor: Rgb::ONE }).collect();
+        PixelLists { places, pixels: order, starts: (0..=pixels as u32).collect(), seen }
+    }
+
     /// The hit points of a pixel.
     pub(super) fn of(&self, pixel: usize) -> &[Seen] {
         let place = self.places[pixel] as usize;
         &self.seen[self.starts[place] as usize..self.starts[place + 1] as usize]
+    }
+
+    /// What a pixel sees of the irradiance at its hit points, which stands at their positions.
+    pub(super) fn reflected(&self, pixel: usize, irradiance: impl Fn(usize) -> DVec3) -> DVec3 {
+        let seen = self.of(pixel).iter();
+        seen.map(|seen| seen.factor.as_dvec3() * irradiance(seen.position as usize)).sum()
+    }
+
+    /// Pixels of the picture.
+    pub(super) fn len(&self) -> usize {
+        self.pixels.len()
     }
 
     /// The place of a pixel.

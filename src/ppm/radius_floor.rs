@@ -1,4 +1,5 @@
 use super::HitPoint;
+use super::collector::Keeper;
 use super::statistic::Statistics;
 use super::statistics::RadiusRange;
 use crate::bvh::SphereBvh;
@@ -18,6 +19,16 @@ pub fn least_radius(hit_point: &HitPoint) -> f64 {
     FLOOR_ERRORS * f64::from(hit_point.receiver.p_error)
 }
 
+/// Whose discs one size must do for all that a pixel sees: the largest floor there.
+fn floors_of_pixels(hit_points: &[HitPoint], pixels: usize) -> Vec<f64> {
+    let mut floors = vec![0.0f64; pixels];
+    for hit_point in hit_points {
+        let floor = &mut floors[hit_point.pixel as usize];
+        *floor = floor.max(least_radius(hit_point));
+    }
+    floors
+}
+
 impl RadiusFloor {
     pub(super) fn of(hit_points: &[HitPoint]) -> RadiusFloor {
         RadiusFloor { largest: hit_points.iter().map(least_radius).fold(0.0, f64::max) }
@@ -27,6 +38,7 @@ impl RadiusFloor {
     pub(super) fn apply(
         self,
         hit_points: &[HitPoint],
+        keeper: Keeper,
         states: &mut Statistics,
         tree: &mut SphereBvh,
     ) -> RadiusRange {
@@ -34,8 +46,41 @@ impl RadiusFloor {
         if range.min > self.largest {
             return range;
         }
-        let floored = states.raise(|position| least_radius(&hit_points[position]));
-        tree.refit(|position| states.get(position).radius() as f32);
+        let floored = match keeper {
+            Keeper::HitPoints => states.raise(|position| least_radius(&hit_points[position])),
+            Keeper::Pixels => {
+                let floors = floors_of_pixels(hit_points, states.len());
+                states.raise(|pixel| floors[pixel])
+            }
+        };
+        tree.refit(|position| states.get(keeper.index(hit_points, position)).radius() as f32);
         RadiusRange { floored, ..RadiusRange::of(tree.radii()) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Precision, RadiusPolicy};
+    use super::*;
+    use crate::bvh::Sphere;
+    use crate::math::{Rgb, Vec3};
+    use crate::scene::Receiver;
+
+    #[test]
+    fn a_pixel_keeps_clear_of_the_coarsest_of_its_hit_points() {
+        let hit_point = |pixel, p_error| {
+            let receiver = Receiver { p: Vec3::ZERO, p_error, ng: Vec3::Y, ns: Vec3::Y };
+            HitPoint { receiver, weight: Rgb::ONE, pixel, material: 0, footprint: 0.0 }
+        };
+        let hit_points = [hit_point(1, 8.0), hit_point(1, 40.0), hit_point(0, 4.0), hit_point(1, 16.0)];
+        let (mut tree, order) = SphereBvh::build(&[Sphere { center: Vec3::ZERO, radius: 3.0 }; 4]);
+        let ordered: Vec<HitPoint> = order.iter().map(|&k| hit_points[k as usize]).collect();
+        let mut states = Statistics::new(3, 3.0, RadiusPolicy::HitPoint, Precision::Double);
+        let range = RadiusFloor::of(&ordered).apply(&ordered, Keeper::Pixels, &mut states, &mut tree);
+        let radii: Vec<f64> = (0..3).map(|pixel| states.get(pixel).radius()).collect();
+        assert_eq!((radii, range.floored, range.max), (vec![3.0, 10.0, 3.0], 1, 10.0));
+        assert!(
+            tree.radii().iter().zip(&ordered).all(|(&radius, h)| radius == [3.0, 10.0][h.pixel as usize])
+        );
     }
 }

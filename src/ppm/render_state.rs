@@ -6,20 +6,21 @@ use serde::{Deserialize, Serialize};
 
 use super::Render;
 use super::accuracy::BatchMeans;
-use super::collector::Collector;
-use super::direct::Sampled;
+use super::collector::{Collector, Keeper};
+use super::direct_light::DirectState;
 use super::statistic::Statistics;
 use crate::effects::PathClass;
 
 /// The progress of a [`Render`], to be kept and given to another one of the same scene and settings.
 ///
-/// Eye paths, the tree's shape and the light of point lights are no part of it: they come out the same again.
+/// Eye paths, the tree's shape and the light of point lights at fixed hit points are no part of it: they come out the same
+/// again.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RenderState<'a> {
     passes: u32,
     emitted_photons: u64,
     classes: Vec<ClassState<'a>>,
-    direct: Cow<'a, Sampled>,
+    direct: DirectState<'a>,
     batches: Option<Cow<'a, BatchMeans>>,
 }
 
@@ -28,7 +29,7 @@ pub struct RenderState<'a> {
 struct ClassState<'a> {
     class: PathClass,
     statistics: Cow<'a, Statistics>,
-    /// As the tree has them: f64 radii rounded, except where no photon came yet.
+    /// As the tree has them: f64 radii rounded, except where no photon came yet. None where every pass builds a tree.
     radii: Cow<'a, [f32]>,
 }
 
@@ -37,7 +38,7 @@ impl<'a> ClassState<'a> {
         ClassState {
             class: collector.class,
             statistics: Cow::Borrowed(&collector.states),
-            radii: Cow::Borrowed(collector.tree.radii()),
+            radii: Cow::Borrowed(kept_radii(collector)),
         }
     }
 
@@ -45,8 +46,15 @@ impl<'a> ClassState<'a> {
         let radii = self.radii.iter().all(|radius| (0.0..f32::INFINITY).contains(radius));
         self.class == collector.class
             && collector.states.is_like(&self.statistics)
-            && self.radii.len() == collector.states.len()
+            && self.radii.len() == kept_radii(collector).len()
             && radii
+    }
+}
+
+fn kept_radii(collector: &Collector) -> &[f32] {
+    match collector.keeper {
+        Keeper::HitPoints => collector.tree.radii(),
+        Keeper::Pixels => &[],
     }
 }
 
@@ -63,6 +71,12 @@ impl RenderState<'_> {
 pub struct ForeignState {
     /// What does not fit.
     part: &'static str,
+}
+
+impl ForeignState {
+    pub(super) fn in_its(part: &'static str) -> ForeignState {
+        ForeignState { part }
+    }
 }
 
 impl Render<'_> {
@@ -84,7 +98,7 @@ impl Render<'_> {
             passes: self.passes,
             emitted_photons: self.emitted_photons,
             classes: self.collectors.iter().map(ClassState::of).collect(),
-            direct: Cow::Borrowed(self.direct.sampled()),
+            direct: self.direct.state(),
             batches: self.batches.as_ref().map(Cow::Borrowed),
         }
     }
@@ -99,9 +113,11 @@ impl Render<'_> {
         self.emitted_photons = state.emitted_photons;
         for (collector, class) in self.collectors.iter_mut().zip(state.classes) {
             collector.states = class.statistics.into_owned();
-            collector.tree.refit(|position| class.radii[position]);
+            if collector.keeper == Keeper::HitPoints {
+                collector.tree.refit(|position| class.radii[position]);
+            }
         }
-        self.direct.set_sampled(state.direct.into_owned());
+        self.direct.restore(state.direct);
         self.batches = state.batches.map(Cow::into_owned);
         Ok(())
     }
@@ -116,20 +132,18 @@ impl Render<'_> {
         let parts = [
             ("kinds of light", self.collectors.len() == state.classes.len()),
             ("hit points", self.collectors.iter().zip(&state.classes).all(fits)),
-            ("samples of area lights", self.direct.sampled().is_like(&state.direct)),
-            ("passes", state.direct.passes == state.passes.max(1)),
             ("estimates of the error", batches),
         ];
         match parts.iter().find(|(_, fits)| !fits) {
             Some(&(part, _)) => Err(ForeignState { part }),
-            None => Ok(()),
+            None => self.direct.check(&state.direct, state.passes),
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::{ErrorEstimates, Precision, RadiusPolicy, Settings};
+    use super::super::{ErrorEstimates, EyePaths, Precision, RadiusPolicy, Settings};
     use super::*;
     use crate::film::Image;
     use crate::scene::{self, Scene};
@@ -165,8 +179,13 @@ mod tests {
         for policy in
             [RadiusPolicy::HitPoint, RadiusPolicy::Shared, RadiusPolicy::Tested, RadiusPolicy::Fixed]
         {
-            for precision in [Precision::Double, Precision::Single] {
-                let settings = Settings { policy, precision, ..settings(&scene) };
+            for (precision, eye_paths) in [
+                (Precision::Double, EyePaths::Fixed),
+                (Precision::Single, EyePaths::Fixed),
+                (Precision::Double, EyePaths::Retraced),
+            ] {
+                let eye_paths = Some(eye_paths);
+                let settings = Settings { policy, precision, eye_paths, ..settings(&scene) };
                 let (mut whole, mut first) = (Render::new(&scene, settings), Render::new(&scene, settings));
                 for _ in 0..3 {
                     first.pass();
@@ -174,7 +193,8 @@ mod tests {
                 let bytes = postcard::to_stdvec(&first.state()).unwrap();
                 let mut second = Render::new(&scene, settings);
                 second.restore(postcard::from_bytes(&bytes).unwrap()).unwrap();
-                for (second, first) in second.collectors.iter().zip(&first.collectors) {
+                let both = second.collectors.iter().zip(&first.collectors);
+                for (second, first) in both.filter(|_| eye_paths == Some(EyePaths::Fixed)) {
                     assert!(second.tree.nodes() == first.tree.nodes(), "{policy} {precision:?}");
                 }
                 for _ in 0..4 {
@@ -199,6 +219,7 @@ mod tests {
             ("hit points", Settings { samples: 2, ..ours }),
             ("hit points", Settings { precision: Precision::Single, ..ours }),
             ("estimates of the error", Settings { error_estimates: ErrorEstimates::None, ..ours }),
+            ("hit points", Settings { eye_paths: Some(EyePaths::Retraced), ..ours }),
         ] {
             let mut other = Render::new(&scene, theirs);
             other.pass();

@@ -1,6 +1,6 @@
 use super::{Precision, RadiusPolicy};
 use crate::bsdf::DiffuseSampling;
-use crate::effects::PathClasses;
+use crate::effects::{EyePaths, PathClasses};
 use crate::scene::RenderDesc;
 
 /// What a render keeps statistics of, for [`Render::accuracy`](super::Render::accuracy).
@@ -48,6 +48,8 @@ pub struct Settings {
     pub seed: u64,
     /// Key of the eye paths, if another than `seed`: renders with equal ones have the same hit points.
     pub eye_seed: Option<u64>,
+    /// Whether eye paths stay; `None` is what the scene calls for.
+    pub eye_paths: Option<EyePaths>,
     /// What is to be known of the error.
     pub error_estimates: ErrorEstimates,
     /// The kinds of paths that are asked for.
@@ -76,6 +78,7 @@ impl Settings {
             sampling: DiffuseSampling::Cosine,
             seed: 0,
             eye_seed: None,
+            eye_paths: None,
             error_estimates: ErrorEstimates::None,
             transport: PathClasses::ALL,
             planning: Planning::Derived,

@@ -17,23 +17,28 @@ pub enum Precision {
     Single,
 }
 
-/// What a hit point keeps from pass to pass.
-pub(super) trait Statistic: Copy + Send + Sync {
+/// What photons are gathered into.
+pub(super) trait Gathers: Copy + Send + Sync {
     /// Whether it wants to know where in the disc photons lie.
     const WANTS_PARTS: bool;
 
     fn new(radius: f64) -> Self;
 
-    fn state(&self) -> GatherState;
+    fn radius(&self) -> f64;
 
     /// Closes a pass that brought photons.
     fn after_pass(&mut self, pass: &PassSum, parts: &PartSums, alpha: f64);
+}
+
+/// What is kept of gathered photons from pass to pass.
+pub(super) trait Statistic: Gathers {
+    fn state(&self) -> GatherState;
 
     /// Scales `R²`, and what was gathered with it.
     fn shrink(&mut self, ratio: f64);
 }
 
-impl Statistic for GatherState {
+impl Gathers for GatherState {
     const WANTS_PARTS: bool = false;
 
     fn new(radius: f64) -> GatherState {
@@ -41,13 +46,19 @@ impl Statistic for GatherState {
     }
 
     #[inline]
-    fn state(&self) -> GatherState {
-        *self
+    fn radius(&self) -> f64 {
+        GatherState::radius(self)
     }
 
     #[inline]
     fn after_pass(&mut self, pass: &PassSum, _: &PartSums, alpha: f64) {
         GatherState::after_pass(self, pass, alpha);
+    }
+}
+
+impl Statistic for GatherState {
+    fn state(&self) -> GatherState {
+        *self
     }
 
     fn shrink(&mut self, ratio: f64) {
@@ -55,19 +66,25 @@ impl Statistic for GatherState {
     }
 }
 
-impl Statistic for TestedState {
+impl Gathers for TestedState {
     const WANTS_PARTS: bool = true;
 
     fn new(radius: f64) -> TestedState {
         TestedState::new(radius)
     }
 
-    fn state(&self) -> GatherState {
-        self.state
+    fn radius(&self) -> f64 {
+        self.state.radius()
     }
 
     fn after_pass(&mut self, pass: &PassSum, parts: &PartSums, alpha: f64) {
         TestedState::after_pass(self, pass, parts, alpha);
+    }
+}
+
+impl Statistic for TestedState {
+    fn state(&self) -> GatherState {
+        self.state
     }
 
     fn shrink(&mut self, ratio: f64) {
@@ -95,13 +112,25 @@ impl SingleState {
     }
 }
 
-impl Statistic for SingleState {
+impl Gathers for SingleState {
     const WANTS_PARTS: bool = false;
 
     fn new(radius: f64) -> SingleState {
         SingleState { radius2: (radius * radius) as f32, photons: 0.0, flux: [0.0; 3] }
     }
 
+    #[inline]
+    fn radius(&self) -> f64 {
+        f64::from(self.radius2).sqrt()
+    }
+
+    #[inline]
+    fn after_pass(&mut self, pass: &PassSum, _: &PartSums, alpha: f64) {
+        self.update(|state| state.after_pass(pass, alpha));
+    }
+}
+
+impl Statistic for SingleState {
     fn state(&self) -> GatherState {
         GatherState {
             radius2: self.radius2.into(),
@@ -110,17 +139,12 @@ impl Statistic for SingleState {
         }
     }
 
-    #[inline]
-    fn after_pass(&mut self, pass: &PassSum, _: &PartSums, alpha: f64) {
-        self.update(|state| state.after_pass(pass, alpha));
-    }
-
     fn shrink(&mut self, ratio: f64) {
         self.update(|state| state.shrink(ratio));
     }
 }
 
-/// The statistics of all hit points, in the order of the tree.
+/// The statistics of all hit points in the order of the tree, or of all pixels.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) enum Statistics {
     Double(Vec<GatherState>),
@@ -206,7 +230,7 @@ const ROUNDING: f64 = 1e-6;
 
 fn raise_all(states: &mut [impl Statistic], floor: impl Fn(usize) -> f64 + Sync) -> u64 {
     let raise = |(position, state): (usize, &mut _)| {
-        let ratio = floor(position) / Statistic::state(state).radius();
+        let ratio = floor(position) / Gathers::radius(state);
         if ratio > 1.0 {
             Statistic::shrink(state, ratio * ratio);
         }

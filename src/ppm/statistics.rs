@@ -34,7 +34,9 @@ pub struct SetupStatistics {
 /// Seconds of each phase of a pass.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct PhaseSeconds {
-    /// Sampling the area lights at the hit points.
+    /// Tracing eye paths anew, and building the tree over their hit points.
+    pub eye: f64,
+    /// Sampling the lights at the hit points.
     pub direct: f64,
     /// Tracing photons.
     pub trace: f64,
@@ -47,7 +49,7 @@ pub struct PhaseSeconds {
 impl PhaseSeconds {
     /// The whole pass.
     pub fn total(&self) -> f64 {
-        self.direct + self.trace + self.gather + self.errors
+        self.eye + self.direct + self.trace + self.gather + self.errors
     }
 }
 
@@ -86,7 +88,7 @@ pub struct PassStatistics {
     pub seconds: f64,
     /// Seconds of its phases.
     pub phases: PhaseSeconds,
-    /// Photon rays and shadow rays.
+    /// Photon rays, shadow rays, and rays of eye paths that are retraced.
     pub rays: u64,
     /// Where the photons went.
     pub photons: Ledger,

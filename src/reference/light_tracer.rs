@@ -3,10 +3,10 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::path_tracer::random_position;
+use super::path_tracer::{random_lens_sample, random_ray};
 use crate::bsdf::{Choice, DiffuseSampling, Event, Scattering, Transport, sample_diffuse};
 use crate::math::{DVec3, Frame, Ray, Rgb, Rng, Stream, Vec2, Vec3};
-use crate::scene::{Scene, SurfaceHit};
+use crate::scene::{FilmDesc, Scene, SurfaceHit};
 
 /// Longer paths than this are cut; with an albedo of .9 one in 10⁴⁵ is.
 const MAX_SEGMENTS: u32 = 1000;
@@ -63,7 +63,9 @@ fn follow(scene: &Scene, mut rng: Rng, splats: &mut Vec<Splat>) {
     for _ in 0..MAX_SEGMENTS {
         let Some(hit) = scene.intersect(&path.ray) else { return };
         let scattering = scene.scatter(&hit, Transport::Power);
-        splats.extend(path.connected(scene, &hit, &scattering));
+        if let Some(seen) = path.connected(scene, &hit, &scattering, &mut rng) {
+            splats.extend(filtered(scene, seen));
+        }
         let Some(choice) = scattering.choose(rng.next_f32()) else { return };
         match path.scattered(choice, &hit, &mut rng) {
             Some(next) if next.power.max_element() > 0.0 => path = next,
@@ -81,16 +83,23 @@ struct LightPath {
 impl LightPath {
     /// What the camera sees of the diffuse bounce at `hit`; `None` where it does not see the surface, or the surface not
     /// the path.
-    fn connected(&self, scene: &Scene, hit: &SurfaceHit, scattering: &Scattering) -> Option<Splat> {
-        let seen = scene.camera().project(hit.p).filter(|_| scattering.albedo != Rgb::ZERO)?;
+    fn connected(
+        &self,
+        scene: &Scene,
+        hit: &SurfaceHit,
+        scattering: &Scattering,
+        rng: &mut Rng,
+    ) -> Option<Seen> {
+        let (lens, margin) = (random_lens_sample(scene, rng), scene.film().filter.reach() - 0.5);
+        let seen = scene.camera().project(hit.p, lens, margin).filter(|_| scattering.albedo != Rgb::ZERO)?;
         // The sides are those of any diffuse bounce, so that no light leaks through the surface.
         let origin = hit.continue_along(Event::Diffuse, seen.to_camera)?.origin;
         let cos = hit.ng.dot(seen.to_camera).abs();
         let correction = hit.adjoint_correction(Event::Diffuse, seen.to_camera);
         let radiance = self.power * scattering.albedo / PI * (correction * cos * seen.pixels_per_area);
-        let sight = Ray { origin, dir: scene.camera().position() - origin, t_max: 1.0 };
+        let sight = Ray { origin, dir: seen.through - origin, t_max: 1.0 };
         let visible = radiance.max_element() > 0.0 && !scene.occluded(&sight);
-        visible.then(|| Splat { pixel: pixel_at(scene, seen.raster), radiance })
+        visible.then_some(Seen { raster: seen.raster, radiance })
     }
 
     fn scattered(&self, choice: Choice, hit: &SurfaceHit, rng: &mut Rng) -> Option<LightPath> {
@@ -107,8 +116,29 @@ impl LightPath {
     }
 }
 
-fn pixel_at(scene: &Scene, raster: Vec2) -> usize {
-    raster.y as usize * scene.film().width as usize + raster.x as usize
+/// What the film receives at a point.
+struct Seen {
+    /// In pixels from the top left corner of the picture.
+    raster: Vec2,
+    /// What a pixel of one point receives, if all of it is there.
+    radiance: Rgb,
+}
+
+/// What the pixels around receive of it, each by its filter.
+fn filtered(scene: &Scene, seen: Seen) -> impl Iterator<Item = Splat> {
+    let FilmDesc { width, height, filter } = scene.film();
+    let near = |at: f32, side: u32| {
+        let first = (at - 0.5 - filter.reach()).ceil().max(0.0) as u32;
+        first..((at - 0.5 + filter.reach()).floor() + 1.0).clamp(0.0, side as f32) as u32
+    };
+    let columns = near(seen.raster.x, width);
+    let pixels = near(seen.raster.y, height).flat_map(move |y| columns.clone().map(move |x| (x, y)));
+    pixels.filter_map(move |(x, y)| {
+        let middle = Vec2::new(x as f32, y as f32) + 0.5;
+        let share = filter.density(seen.raster - middle);
+        let pixel = y as usize * width as usize + x as usize;
+        (share > 0.0).then_some(Splat { pixel, radiance: share * seen.radiance })
+    })
 }
 
 /// Sample number `sample` of the light that pixel number `pixel` receives straight from a lamp.
@@ -117,7 +147,7 @@ pub fn seen_emission(scene: &Scene, seed: u64, sample: u32, pixel: usize) -> Rgb
         return Rgb::ZERO;
     }
     let mut rng = Rng::new(seed, Stream::SeenLamps, sample, pixel as u64);
-    let ray = scene.camera().ray(random_position(scene, pixel, &mut rng));
+    let ray = random_ray(scene, pixel, &mut rng);
     scene.intersect(&ray).map_or(Rgb::ZERO, |hit| scene.emission(&hit))
 }
 

@@ -14,14 +14,21 @@ const SEGMENTS_BEFORE_ROULETTE: u32 = 5;
 /// Sample number `sample` of the radiance in pixel number `pixel`.
 pub fn pixel_radiance(scene: &Scene, seed: u64, sample: u32, pixel: usize) -> Rgb {
     let mut rng = Rng::new(seed, Stream::PathTracer, sample, pixel as u64);
-    let ray = scene.camera().ray(random_position(scene, pixel, &mut rng));
+    let ray = random_ray(scene, pixel, &mut rng);
     radiance(scene, ray, &mut rng)
 }
 
-/// A picture position, uniform over pixel number `pixel`.
-pub fn random_position(scene: &Scene, pixel: usize, rng: &mut Rng) -> Vec2 {
+/// A ray through pixel number `pixel`, distributed by its filter, and through the lens, uniform over that.
+pub fn random_ray(scene: &Scene, pixel: usize, rng: &mut Rng) -> Ray {
     let width = scene.film().width as usize;
-    Vec2::new((pixel % width) as f32, (pixel / width) as f32) + rng.next_vec2()
+    let corner = Vec2::new((pixel % width) as f32, (pixel / width) as f32);
+    let raster = corner + scene.film().filter.sample(rng.next_vec2());
+    scene.camera().ray_through_lens(raster, random_lens_sample(scene, rng))
+}
+
+/// A point of the unit square for the lens; nothing is drawn for a pinhole.
+pub fn random_lens_sample(scene: &Scene, rng: &mut Rng) -> Vec2 {
+    if scene.camera().has_lens() { rng.next_vec2() } else { Vec2::ZERO }
 }
 
 /// One sample of the radiance along `ray`.

@@ -78,7 +78,7 @@ mod tests {
     /// Of 1, 2 and 6 the mean is 3 and the standard error √(14 / (3 · 2)); pixels are numbered row by row.
     #[test]
     fn mean_and_standard_error_are_those_of_the_samples() {
-        let mut pixels = PixelEstimates::new(FilmDesc { width: 3, height: 2 });
+        let mut pixels = PixelEstimates::new(FilmDesc::new(3, 2));
         for value in [1.0, 2.0, 6.0] {
             pixels.add(|k| DVec3::new(value, 0.0, k as f64));
         }
@@ -89,7 +89,7 @@ mod tests {
 
     #[test]
     fn one_sample_tells_nothing_of_its_error() {
-        let mut pixels = PixelEstimates::new(FilmDesc { width: 1, height: 1 });
+        let mut pixels = PixelEstimates::new(FilmDesc::new(1, 1));
         pixels.add(|_| DVec3::ONE);
         assert_eq!(pixels.standard_error().get(0, 0), Rgb::INFINITY);
     }

@@ -54,7 +54,9 @@ fn compile<E>(
 
 fn camera(desc: &SceneDesc) -> Camera {
     let c = &desc.camera;
-    Camera::new(c.position, c.look_at, c.up, c.fov_degrees, (desc.film.width, desc.film.height))
+    let pinhole =
+        Camera::new(c.position, c.look_at, c.up, c.fov_degrees, (desc.film.width, desc.film.height));
+    pinhole.with_lens(c.lens_radius, c.focus_distance)
 }
 
 /// The order of the surfaces is that of the ray tracer's geometry numbers.

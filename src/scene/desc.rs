@@ -2,6 +2,7 @@ use std::path::PathBuf;
 
 use super::{Mesh, Places};
 use crate::bsdf::Bsdf;
+use crate::camera::PixelFilter;
 use crate::math::{Rgb, Vec3};
 
 /// A scene as its files describe it: checked, resolved and in scene units, but not yet traceable.
@@ -48,23 +49,39 @@ impl SceneDesc {
         }
         place(&mut self.camera.position);
         place(&mut self.camera.look_at);
+        self.camera.lens_radius *= scale;
+        self.camera.focus_distance *= scale;
         self.render.radius = self.render.radius.map(|radius| radius * f64::from(scale));
     }
 }
 
-/// The size of the picture.
+/// The size of the picture, and how its pixels weigh light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FilmDesc {
     /// Pixels in a row, from 1 to 16384.
     pub width: u32,
     /// Rows, from 1 to 16384.
     pub height: u32,
+    /// The filter of every pixel.
+    pub filter: PixelFilter,
 }
 
-/// A pinhole camera. `position` differs from `look_at`, and `up` is not parallel to the view.
+impl FilmDesc {
+    /// A picture of `width` x `height` pixels, each the mean of points.
+    pub fn new(width: u32, height: u32) -> FilmDesc {
+        FilmDesc { width, height, filter: PixelFilter::Points }
+    }
+
+    /// The same film in another size: width and height.
+    pub fn resized(self, (width, height): (u32, u32)) -> FilmDesc {
+        FilmDesc { width, height, ..self }
+    }
+}
+
+/// A camera. `position` differs from `look_at`, and `up` is not parallel to the view.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraDesc {
-    /// The pinhole.
+    /// The pinhole, or the middle of the lens.
     pub position: Vec3,
     /// A point on the axis of view.
     pub look_at: Vec3,
@@ -72,6 +89,18 @@ pub struct CameraDesc {
     pub up: Vec3,
     /// The horizontal full angle of view, above 0 and below 180.
     pub fov_degrees: f32,
+    /// The radius of the lens in scene units; 0 is a pinhole.
+    pub lens_radius: f32,
+    /// How far from the lens the picture is sharp, along the axis of view, in scene units; above 0.
+    pub focus_distance: f32,
+}
+
+impl CameraDesc {
+    /// A pinhole at `position` that looks at `look_at`; y is up. A lens that it is given is sharp there.
+    pub fn pinhole(position: Vec3, look_at: Vec3, fov_degrees: f32) -> CameraDesc {
+        let focus_distance = (look_at.as_dvec3() - position.as_dvec3()).length() as f32;
+        CameraDesc { position, look_at, up: Vec3::Y, fov_degrees, lens_radius: 0.0, focus_distance }
+    }
 }
 
 /// The parameters of progressive photon mapping.

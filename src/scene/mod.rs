@@ -18,6 +18,7 @@ mod surface_packet;
 mod tracer;
 pub mod water;
 
+pub use crate::camera::PixelFilter;
 pub use crate::embree::{Coherence, HitPacket, RayPacket, Row};
 pub use desc::{CameraDesc, FilmDesc, Material, PointLightDesc, RenderDesc, SceneDesc, SphereDesc};
 pub use direct::DirectLight;

@@ -33,7 +33,7 @@ pub fn desc() -> SceneDesc {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("s.toml");
     std::fs::write(&path, SCENE).unwrap();
-    SceneDesc { film: FilmDesc { width: 8, height: 8 }, ..scene::load(&path).unwrap() }
+    SceneDesc { film: FilmDesc::new(8, 8), ..scene::load(&path).unwrap() }
 }
 
 /// The baseline, path tracing and light tracing, twice and shortly.

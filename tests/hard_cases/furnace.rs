@@ -14,14 +14,9 @@ fn furnace(albedo: Rgb, spheres: Vec<SphereDesc>, ball: Bsdf) -> [Scene; 2] {
     by_both_traversals(&SceneDesc {
         name: "furnace".into(),
         path: "furnace.toml".into(),
-        film: FilmDesc { width: 16, height: 16 },
+        film: FilmDesc::new(16, 16),
         // Looks at the middle of a wall, since gathering near edges is biased.
-        camera: CameraDesc {
-            position: Vec3::new(0.0, 0.0, 0.9),
-            look_at: Vec3::NEG_Z,
-            up: Vec3::Y,
-            fov_degrees: 30.0,
-        },
+        camera: CameraDesc::pinhole(Vec3::new(0.0, 0.0, 0.9), Vec3::NEG_Z, 30.0),
         render: RenderDesc {
             passes: 1,
             photons: 25_000,

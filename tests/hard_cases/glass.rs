@@ -13,7 +13,7 @@ use crate::rooms::{by_both_traversals, dark, floor, inward_cube, lit_box, render
 fn glowing_box(balls: &[(Vec3, f32, f32)]) -> SceneDesc {
     let mut desc = lit_box();
     desc.point_lights.clear();
-    desc.film = FilmDesc { width: 12, height: 12 };
+    desc.film = FilmDesc::new(12, 12);
     desc.render.depth = 200;
     desc.render.photons = 1000;
     desc.materials =
@@ -112,7 +112,7 @@ fn a_camera_under_an_open_sheet_sees_up() {
     let mut desc = glowing_box(&[]);
     desc.materials.push(dark("water", Bsdf::Dielectric { ior: n as f32 }));
     desc.meshes.push(floor(0.2, 1.0, 1));
-    desc.camera = CameraDesc { position: Vec3::ZERO, look_at: Vec3::Y, up: Vec3::Z, fov_degrees: 4.0 };
+    desc.camera = CameraDesc { up: Vec3::Z, ..CameraDesc::pinhole(Vec3::ZERO, Vec3::Y, 4.0) };
     let f = fresnel_at_normal_incidence(n);
     assert_radiance(&desc, n * n * (1.0 - f) + f);
 }
@@ -126,7 +126,7 @@ fn axis(light: Vec3, receiver_height: f32, up: bool) -> SceneDesc {
     desc.point_lights = vec![PointLightDesc { position: light, intensity: Rgb::ONE }];
     let near = Vec3::new(0.0, receiver_height + 0.05 * half.signum(), 0.0);
     let look_at = Vec3::new(0.0, receiver_height, 0.0);
-    desc.camera = CameraDesc { position: near, look_at, up: Vec3::Z, fov_degrees: 40.0 };
+    desc.camera = CameraDesc { up: Vec3::Z, ..CameraDesc::pinhole(near, look_at, 40.0) };
     desc.render.photons = 400_000;
     desc.render.passes = 4;
     desc.render.radius = Some(0.1);

@@ -329,7 +329,7 @@ fn rendered(mut desc: SceneDesc) {
     let eye = (middle + (high - low).length() * DVec3::new(0.7, 0.8, 1.2)).as_vec3();
     desc.camera.look_at = middle.as_vec3();
     desc.camera.position = eye;
-    desc.film = FilmDesc { width: 6, height: 5 };
+    desc.film = FilmDesc::new(6, 5);
     desc.render = RenderDesc { passes: 1, photons: 500, samples: 1, alpha: 0.7, radius: None, depth: 4 };
     let power = eye.distance_squared(desc.camera.look_at).max(1e-6);
     desc.point_lights = vec![PointLightDesc { position: eye, intensity: Rgb::splat(power) }];

@@ -3,7 +3,6 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{AccessArgs, Traversal, number, size};
-use crate::scene::FilmDesc;
 
 #[derive(Args, Debug)]
 #[command(after_help = "\
@@ -22,7 +21,7 @@ pub struct DoctorArgs {
     pub radius: Option<f64>,
     /// Width and height of the picture in pixels [default: the scene's]
     #[arg(long, requires = "scene", value_name = "WxH", value_parser = size)]
-    pub size: Option<FilmDesc>,
+    pub size: Option<(u32, u32)>,
     /// Who answers what rays hit; without a scene, Embree and custom are both examined
     #[arg(long, value_enum, default_value_t = Traversal::Embree)]
     pub traversal: Traversal,

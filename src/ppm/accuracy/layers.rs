@@ -33,6 +33,9 @@ impl Layers {
 }
 
 fn mean_radius(render: &Render, pixel: usize) -> f64 {
+    if render.sees_nothing(pixel) {
+        return 0.0;
+    }
     let seen = render.pixel_lists().of(pixel);
     let radii = |collector: &'_ Collector| -> f64 {
         seen.iter().map(|seen| collector.state(seen.position as usize).radius()).sum()

@@ -6,8 +6,8 @@
 //!                    └─> two biases of every pixel ──BiasFilter──> ─┘
 //! ```
 //!
-//! What it does not cover: the eye paths. Hit points stay where they are, so a pixel converges to the mean light at its
-//! samples, and the error of having few of them is no part of the bounds.
+//! What it does not cover: eye paths that stay. Hit points are where they are then, so a pixel converges to the mean light at its
+//! samples, and the error of having few of them is no part of the bounds. Where eye paths are retraced, it is.
 
 mod batch_means;
 mod bias_filter;
@@ -100,7 +100,7 @@ impl<'a> Accuracy<'a> {
         let lists = self.render.pixel_lists();
         let width = self.render.scene.film().width as usize;
         let filter = BiasFilter::new(self.batches, width, |pixel| lists.place(pixel))?;
-        let pixels = (0..self.render.emitted_light.len()).into_par_iter();
+        let pixels = (0..lists.len()).into_par_iter();
         Some(pixels.map(|pixel| self.pixel(pixel, &filter, &quantile)).collect())
     }
 
@@ -124,7 +124,7 @@ impl<'a> Accuracy<'a> {
 
     /// The error of the picture, from some thousands of its pixels.
     pub fn picture(&self) -> PictureError {
-        let pixels = self.render.emitted_light.len();
+        let pixels = self.render.pixel_lists().len();
         let places: Vec<usize> = (0..pixels).step_by(sampling_step(pixels)).collect();
         let chunks: Vec<Sums> = places.par_chunks(CHUNK).map(|chunk| self.sums(chunk)).collect();
         let sums = chunks.into_iter().fold(Sums::default(), Sums::plus);
@@ -165,7 +165,7 @@ impl<'a> Accuracy<'a> {
     /// Where radii stay as they are, blur cannot be told from light, unless discs are tested for it.
     /// A pixel without a hit point sees no photons, nor does it wait for any.
     fn trusts(&self, pixel: usize, photons: f64) -> bool {
-        photons >= MIN_PHOTONS && self.sees_blur() || self.render.pixel_lists().of(pixel).is_empty()
+        photons >= MIN_PHOTONS && self.sees_blur() || self.render.sees_nothing(pixel)
     }
 }
 

@@ -2,11 +2,16 @@
 
 use super::super::{CameraDesc, FilmDesc, RenderDesc, SceneError};
 use super::access::Limits;
-use super::fields::{Allowed, COORDINATE, Fields, POSITIVE};
+use super::fields::{Allowed, COORDINATE, Field, Fields, MAX_COORDINATE, Names, POSITIVE};
+use crate::camera::PixelFilter;
 use crate::math::Vec3;
 
 const FOV: Allowed = Allowed { text: "degrees above 0 and below 180", holds: |x| x > 0.0 && x < 180.0 };
 const ALPHA: Allowed = Allowed { text: "a number above 0, up to 1", holds: |x| x > 0.0 && x <= 1.0 };
+const LENS_RADIUS: Allowed =
+    Allowed { text: "a number from 0, a pinhole, to 1.8e18", holds: |x| (0.0..=MAX_COORDINATE).contains(&x) };
+const FOCUS_DISTANCE: Allowed =
+    Allowed { text: "a number above 0, up to 1.8e18", holds: |x| x > 0.0 && x <= MAX_COORDINATE };
 const U32: u64 = u32::MAX as u64;
 /// TOML's largest whole number.
 const LARGEST: u64 = i64::MAX as u64;
@@ -15,13 +20,19 @@ pub(super) fn film(root: &Fields, limits: &Limits) -> Result<FilmDesc, SceneErro
     const DEFAULT: u64 = 512;
     const SIDE: (u64, u64) = (1, 16384);
     let Some(field) = root.optional("film") else {
-        return Ok(FilmDesc { width: DEFAULT as u32, height: DEFAULT as u32 });
+        return Ok(FilmDesc::new(DEFAULT as u32, DEFAULT as u32));
     };
-    let film = field.table(String::from("film"), &["width", "height"])?;
+    let film = field.table(String::from("film"), &["width", "height", "filter"])?;
     Ok(FilmDesc {
         width: whole(&film, "width", DEFAULT, SIDE, limits.side)? as u32,
         height: whole(&film, "height", DEFAULT, SIDE, limits.side)? as u32,
+        filter: film.optional("filter").map_or(Ok(PixelFilter::Points), |field| filter(&field))?,
     })
+}
+
+fn filter(field: &Field) -> Result<PixelFilter, SceneError> {
+    let names: Names = PixelFilter::ALL.iter().map(|filter| filter.name()).collect();
+    Ok(PixelFilter::ALL[field.choice(&names)?])
 }
 
 /// A whole number, or `default` where the field is absent: within `bounds` in any scene, up to `most` in a sandbox.
@@ -55,13 +66,21 @@ pub(super) fn check_eye_paths(
 
 pub(super) fn camera(root: &Fields) -> Result<CameraDesc, SceneError> {
     let field = root.required("camera", "a table [camera] with position, look_at and fov")?;
-    let table = field.table(String::from("camera"), &["position", "look_at", "up", "fov"])?;
+    let known = ["position", "look_at", "up", "fov", "lens_radius", "focus_distance"];
+    let table = field.table(String::from("camera"), &known)?;
     let up = table.optional("up").map_or(Ok(Vec3::Y), |field| field.vec3(&COORDINATE))?;
+    let pinhole = CameraDesc::pinhole(
+        table.required("position", "three numbers")?.vec3(&COORDINATE)?,
+        table.required("look_at", "three numbers")?.vec3(&COORDINATE)?,
+        table.required("fov", FOV.text)?.f32(&FOV)?,
+    );
+    let number =
+        |name, default, allowed| table.optional(name).map_or(Ok(default), |field| field.f32(allowed));
     let camera = CameraDesc {
-        position: table.required("position", "three numbers")?.vec3(&COORDINATE)?,
-        look_at: table.required("look_at", "three numbers")?.vec3(&COORDINATE)?,
         up,
-        fov_degrees: table.required("fov", FOV.text)?.f32(&FOV)?,
+        lens_radius: number("lens_radius", pinhole.lens_radius, &LENS_RADIUS)?,
+        focus_distance: number("focus_distance", pinhole.focus_distance, &FOCUS_DISTANCE)?,
+        ..pinhole
     };
     check_view(&table, &camera)?;
     Ok(camera)
@@ -115,19 +134,40 @@ mod tests {
             (64, 100_000, 4, 0.7, None, 12)
         );
         assert_eq!((scene.camera.up, scene.camera.fov_degrees), (Vec3::Y, 40.0));
+        assert_eq!((scene.camera.lens_radius, scene.camera.focus_distance), (0.0, 5.0));
+        assert_eq!(scene.film.filter, PixelFilter::Points);
         assert!(scene.warnings.is_empty());
     }
 
     #[test]
     fn every_setting_arrives() {
-        let film = "[film]\nwidth = 3\nheight = 0x10\n";
+        let film = "[film]\nwidth = 3\nheight = 0x10\nfilter = \"tent\"\n";
         let render = "[render]\npasses = 1\nphotons = 5_000_000_000\nsamples = 9\nalpha = 1\nradius = 1e-3\ndepth = 0\n";
         let scene = good(&format!("{film}{render}{BASE}"), &[]);
-        assert_eq!(scene.film, FilmDesc { width: 3, height: 16 });
+        assert_eq!(scene.film, FilmDesc { width: 3, height: 16, filter: PixelFilter::Tent });
         let photons = 5_000_000_000;
         let expected =
             RenderDesc { passes: 1, photons, samples: 9, alpha: 1.0, radius: Some(1e-3), depth: 0 };
         assert_eq!(scene.render, expected);
+    }
+
+    #[test]
+    fn a_lens_is_sharp_where_it_is_told_or_where_it_looks_at() {
+        let lens = |fields: &str| {
+            let camera = good(&BASE.replace("fov = 40", &format!("fov = 40\n{fields}")), &[]).camera;
+            (camera.lens_radius, camera.focus_distance)
+        };
+        assert_eq!(lens("lens_radius = 0.25"), (0.25, 5.0));
+        assert_eq!(lens("lens_radius = 1\nfocus_distance = 3"), (1.0, 3.0));
+        assert_eq!(lens("lens_radius = 0"), (0.0, 5.0));
+    }
+
+    #[test]
+    fn every_filter_has_a_name() {
+        for filter in PixelFilter::ALL {
+            let scene = good(&format!("[film]\nfilter = \"{filter}\"\n{BASE}"), &[]);
+            assert_eq!(scene.film.filter, filter);
+        }
     }
 
     #[test]
@@ -179,6 +219,20 @@ mod tests {
             ),
             ("position = [0, 0, 5]", "", "s.toml:1:1", "field `position` is missing"),
             ("look_at = [0, 0, 0]", "", "s.toml:1:1", "field `look_at` is missing"),
+            (
+                "fov = 40",
+                "fov = 40\nlens_radius = -1",
+                "s.toml:5:15",
+                "camera: field `lens_radius` is -1; allowed: a number from 0, a pinhole, to 1.8e18",
+            ),
+            ("fov = 40", "fov = 40\nlens_radius = inf", "s.toml:5:15", "is inf; allowed: a number from 0"),
+            (
+                "fov = 40",
+                "fov = 40\nlens_radius = 1\nfocus_distance = 0",
+                "s.toml:6:18",
+                "camera: field `focus_distance` is 0; allowed: a number above 0, up to 1.8e18",
+            ),
+            ("fov = 40", "fov = 40\nfocus_distnce = 3", "s.toml:5:1", "did you mean `focus_distance`?"),
         ] {
             changed_fails_with(old, new, place, words);
         }
@@ -191,6 +245,12 @@ mod tests {
             ("[film]\nheight = 16385", 11, "is 16385; allowed: a whole number"),
             ("[film]\nheight = 1.5", 11, "is 1.5; allowed: a whole number"),
             ("[film]\nheight = -1", 11, "is -1; allowed: a whole number"),
+            (
+                "[film]\nfilter = \"gauss\"",
+                11,
+                "film: field `filter`: unknown name `gauss`; did you mean `gaussian`? allowed: `points`, `box`, `tent`",
+            ),
+            ("[film]\nfilter = 2", 11, "field `filter` is 2; allowed: a text in quotes"),
             ("[render]\nphotons = 0", 11, "is 0; allowed: a whole number from 1 to"),
             ("[render]\nphotons = 99999999999999999999", 11, "allowed: a whole number from 1 to"),
             ("[render]\npasses = 0", 11, "is 0; allowed: a whole number from 1 to"),
