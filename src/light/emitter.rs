@@ -1,5 +1,7 @@
+use std::f64::consts::FRAC_1_PI;
+
 use super::{EmissionSample, Light, error, normal, point_on};
-use crate::math::{Frame, Rgb, Rng, Vec3, offset_origin, warp};
+use crate::math::{Frame, Rgb, Rng, Vec2, Vec3, offset_origin, warp};
 
 /// A light, with what is the same for all of its photons.
 #[derive(Clone, Copy, Debug)]
@@ -41,5 +43,32 @@ impl Emitter {
         let p = point_on(&corners, rng.next_vec2());
         let dir = frame.to_world(warp::square_to_cosine_hemisphere(rng.next_vec2()));
         EmissionSample { origin: offset_origin(p, p_error, frame.normal, dir), dir, power }
+    }
+
+    /// A point that photons start from, off the surface on the side that shines; uniform over its area.
+    pub(super) fn origin(&self, u: Vec2) -> Vec3 {
+        if self.is_point {
+            self.corners[0]
+        } else {
+            point_on(&self.corners, u) + self.p_error * self.frame.normal
+        }
+    }
+
+    /// A direction as [`Emitter::sample`] draws it.
+    pub(super) fn direction(&self, u: Vec2) -> Vec3 {
+        if self.is_point {
+            warp::square_to_uniform_sphere(u)
+        } else {
+            self.frame.to_world(warp::square_to_cosine_hemisphere(u))
+        }
+    }
+
+    /// The density by which [`Emitter::sample`] draws the direction `dir` (1/sr): 0 where it does not shine.
+    pub(super) fn pdf_w(&self, dir: Vec3) -> f64 {
+        if self.is_point {
+            0.25 * FRAC_1_PI
+        } else {
+            FRAC_1_PI * self.frame.normal.as_dvec3().dot(dir.as_dvec3()).max(0.0)
+        }
     }
 }

@@ -1,9 +1,12 @@
 //! Where light comes from: a closed set of lights, and the choice among them.
 
+mod aim;
+mod aim_cone;
 mod emitter;
 mod lane_emission;
 mod selection;
 
+pub use aim::{Aim, AimedSample};
 pub use lane_emission::LaneEmission;
 pub use selection::Lights;
 

@@ -60,9 +60,19 @@ impl Lights {
     ///
     /// `None` if nothing emits.
     pub fn sample_emission(&self, rng: &mut Rng) -> Option<EmissionSample> {
-        let (emitter, p) = self.choose_emitter(draw_choice(rng))?;
-        let sample = emitter.sample(rng);
-        Some(EmissionSample { power: sample.power / p, ..sample })
+        self.sample_numbered_emission(rng).map(|(_, sample)| sample)
+    }
+
+    /// The same, and the number of the photon's light in the order of [`Lights::iter`].
+    pub fn sample_numbered_emission(&self, rng: &mut Rng) -> Option<(usize, EmissionSample)> {
+        let (number, p) = self.photons.choose(draw_choice(rng))?;
+        let sample = self.emitters.get(number)?.sample(rng);
+        Some((number, EmissionSample { power: sample.power / p, ..sample }))
+    }
+
+    /// Every light with the probability by which photons choose it.
+    pub(super) fn emitters(&self) -> impl Iterator<Item = (&Emitter, f64)> {
+        self.emitters.iter().zip(self.photons.probabilities())
     }
 
     /// The light of a photon and its probability, for `u` in `[0, 1)`.
@@ -118,6 +128,11 @@ impl Distribution {
         let mut cumulative: Vec<f64> = lights.into_iter().map(add).collect();
         cumulative.iter_mut().for_each(|c| *c /= sum);
         Distribution { cumulative }
+    }
+
+    fn probabilities(&self) -> impl Iterator<Item = f64> {
+        let below = [0.0].into_iter().chain(self.cumulative.iter().copied());
+        self.cumulative.iter().zip(below).map(|(&c, below)| c - below)
     }
 
     /// The chosen index and its probability, for `u` in `[0, 1)`; `None` of an empty distribution.

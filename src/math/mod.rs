@@ -1,6 +1,7 @@
 //! Vectors, rays, frames, random numbers, warps and power laws: the ground floor, which imports glam alone.
 
 mod aabb;
+mod bounding_sphere;
 mod frame;
 mod offset;
 mod power_law;
@@ -11,6 +12,7 @@ mod solid_angle;
 pub mod warp;
 
 pub use aabb::Aabb;
+pub use bounding_sphere::BoundingSphere;
 pub use frame::Frame;
 pub use glam::{DVec3, Vec2, Vec3, Vec4};
 pub use offset::{RELATIVE_POSITION_ERROR, offset_origin};

@@ -6,6 +6,7 @@
 //!
 #![doc = include_str!("../../docs/scenes.md")]
 
+mod casters;
 mod compile;
 mod desc;
 mod direct;

@@ -1,0 +1,263 @@
+//! Balls around the surfaces that cast caustics.
+
+use super::{Scene, Surface};
+use crate::math::{Aabb, BoundingSphere, Vec3};
+
+/// Most balls around the casters of a scene.
+const MOST: usize = 16;
+
+/// Places at which a group may be cut along each axis, and one more.
+const BINS: usize = 16;
+
+/// One ball around a group is kept where those around its parts are no smaller than this together, by the square of the
+/// radius: flat surfaces lose nothing by being cut, and lights near them gain.
+const WHOLE: f64 = 1.2;
+
+impl Scene {
+    /// At most 16 balls around all surfaces with a specular lobe, each of them wholly inside of one: what light must meet
+    /// first to cast a caustic. None where there is no such surface.
+    ///
+    /// They look small from afar: groups are cut where the squares of the parts' radii sum to the least, and joined again where
+    /// that does not pay. Linear in the number of triangles.
+    pub fn casters(&self) -> Vec<BoundingSphere> {
+        let mut items: Vec<Item> =
+            self.surfaces.iter().flat_map(|surface| self.casters_of(surface)).collect();
+        if items.is_empty() { Vec::new() } else { group(&mut items) }
+    }
+
+    fn casters_of<'a>(&'a self, surface: &'a Surface) -> Box<dyn Iterator<Item = Item> + 'a> {
+        let casts = |material: u32| self.materials[material as usize].bsdf.is_specular();
+        match surface {
+            Surface::Mesh(mesh, _) => Box::new(
+                (0..mesh.triangles.len())
+                    .filter(move |&k| casts(mesh.materials[k]))
+                    .map(|k| Item { corners: mesh.corners(k), radius: 0.0 }),
+            ),
+            Surface::Spheres(spheres) => Box::new(
+                spheres
+                    .iter()
+                    .filter(move |sphere| casts(sphere.material))
+                    .map(|sphere| Item { corners: [sphere.center; 3], radius: sphere.radius }),
+            ),
+        }
+    }
+}
+
+/// A triangle, or a ball where all corners are its centre.
+#[derive(Clone, Copy, Debug)]
+struct Item {
+    corners: [Vec3; 3],
+    radius: f32,
+}
+
+impl Item {
+    fn bounds(&self) -> Aabb {
+        let points = Aabb::of_points(self.corners);
+        Aabb { min: points.min - self.radius, max: points.max + self.radius }
+    }
+
+    fn center(&self) -> Vec3 {
+        Aabb::of_points(self.corners).center()
+    }
+}
+
+/// Items that one ball may stand for, or two parts of them.
+struct Group<'a> {
+    items: &'a mut [Item],
+    ball: BoundingSphere,
+}
+
+fn ball(items: &[Item]) -> BoundingSphere {
+    BoundingSphere::around(items.iter().flat_map(|item| item.corners.map(|corner| (corner, item.radius))))
+}
+
+fn size(ball: &BoundingSphere) -> f64 {
+    f64::from(ball.radius).powi(2)
+}
+
+/// A group that was cut, and its parts.
+enum Tree {
+    Whole(BoundingSphere),
+    Cut(BoundingSphere, usize, usize),
+}
+
+/// Cuts the largest group until there are enough, then chooses which cuts to keep.
+fn group(items: &mut [Item]) -> Vec<BoundingSphere> {
+    let ball = ball(items);
+    let mut tree = vec![Tree::Whole(ball)];
+    let mut open = vec![(0, Group { items, ball })];
+    for _ in 1..MOST {
+        let largest = open.iter().enumerate().filter(|(_, (_, group))| group.can_be_cut());
+        let Some((place, _)) = largest.max_by(|a, b| size(&a.1.1.ball).total_cmp(&size(&b.1.1.ball))) else {
+            break;
+        };
+        let (node, whole) = open.swap_remove(place);
+        let parts = tree.len();
+        tree[node] = Tree::Cut(whole.ball, parts, parts + 1);
+        let (left, right) = whole.cut();
+        tree.extend([Tree::Whole(left.ball), Tree::Whole(right.ball)]);
+        open.extend([(parts, left), (parts + 1, right)]);
+    }
+    best(&tree, 0).1
+}
+
+/// The balls that stand for a node, and the sum of their squared radii.
+fn best(tree: &[Tree], node: usize) -> (f64, Vec<BoundingSphere>) {
+    match &tree[node] {
+        Tree::Whole(ball) => (size(ball), vec![*ball]),
+        Tree::Cut(whole, left, right) => {
+            let ((left_size, mut balls), (right_size, others)) = (best(tree, *left), best(tree, *right));
+            if WHOLE * size(whole) <= left_size + right_size {
+                return (size(whole), vec![*whole]);
+            }
+            balls.extend(others);
+            (left_size + right_size, balls)
+        }
+    }
+}
+
+impl<'a> Group<'a> {
+    fn can_be_cut(&self) -> bool {
+        self.centers().extent().max_element() > 0.0
+    }
+
+    fn centers(&self) -> Aabb {
+        Aabb::of_points(self.items.iter().map(Item::center))
+    }
+
+    /// Where the boxes of both parts have the least diagonals, by their squares; some item is in each part.
+    fn cut(self) -> (Group<'a>, Group<'a>) {
+        let centers = self.centers();
+        let cuts = (0..3).filter(|&axis| centers.extent()[axis] > 0.0).flat_map(|axis| {
+            let planes = Planes::new(&centers, axis);
+            let costs = planes.costs(self.items);
+            (0..BINS - 1).map(move |last| (costs[last], planes, last))
+        });
+        let cheapest = cuts.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, planes, last)| (planes, last));
+        let middle =
+            cheapest.map_or(1, |(planes, last)| partition(self.items, |item| planes.bin(item) <= last));
+        let (left, right) = self.items.split_at_mut(middle.clamp(1, self.items.len() - 1));
+        (Group { ball: ball(left), items: left }, Group { ball: ball(right), items: right })
+    }
+}
+
+/// Equally spaced planes across an axis.
+#[derive(Clone, Copy)]
+struct Planes {
+    axis: usize,
+    first: f32,
+    bins_a_unit: f32,
+}
+
+impl Planes {
+    fn new(centers: &Aabb, axis: usize) -> Planes {
+        let first = centers.min[axis];
+        Planes { axis, first, bins_a_unit: BINS as f32 / (centers.max[axis] - first) }
+    }
+
+    fn bin(&self, item: &Item) -> usize {
+        let bin = (item.center()[self.axis] - self.first) * self.bins_a_unit;
+        (bin as usize).min(BINS - 1)
+    }
+
+    /// Of a cut behind each bin.
+    fn costs(&self, items: &[Item]) -> [f32; BINS] {
+        let mut boxes = [Aabb::EMPTY; BINS];
+        for item in items {
+            let bin = &mut boxes[self.bin(item)];
+            *bin = bin.union(item.bounds());
+        }
+        let (mut left, mut right, mut costs) = (Aabb::EMPTY, Aabb::EMPTY, [0.0; BINS]);
+        for (k, bin) in boxes.iter().enumerate() {
+            left = left.union(*bin);
+            costs[k] += left.extent().length_squared();
+        }
+        for k in (1..BINS).rev() {
+            right = right.union(boxes[k]);
+            costs[k - 1] += right.extent().length_squared();
+        }
+        costs
+    }
+}
+
+/// Moves those for which `first` holds to the front, and tells how many they are.
+fn partition(items: &mut [Item], first: impl Fn(&Item) -> bool) -> usize {
+    let mut count = 0;
+    for k in 0..items.len() {
+        if first(&items[k]) {
+            items.swap(k, count);
+            count += 1;
+        }
+    }
+    count
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene;
+    use std::path::Path;
+
+    fn scene(name: &str) -> Scene {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(name);
+        Scene::new(scene::load(&path).unwrap()).unwrap()
+    }
+
+    /// Every item is inside of some ball wholly: a triangle is where its corners are, since balls are convex.
+    fn assert_covered(scene: &Scene, balls: &[BoundingSphere]) {
+        let items = scene.surfaces.iter().flat_map(|surface| scene.casters_of(surface));
+        for item in items {
+            let inside = |ball: &BoundingSphere| {
+                let reach = |corner: Vec3| {
+                    corner.as_dvec3().distance(ball.center.as_dvec3()) + f64::from(item.radius)
+                };
+                item.corners.iter().all(|&corner| reach(corner) <= f64::from(ball.radius))
+            };
+            assert!(balls.iter().any(inside), "{item:?}");
+        }
+    }
+
+    #[test]
+    fn balls_are_bounded_one_by_one() {
+        let scene = scene("course_balls.toml");
+        let mut balls = scene.casters();
+        assert_covered(&scene, &balls);
+        balls.sort_by(|a, b| a.center.x.total_cmp(&b.center.x));
+        assert_eq!(balls.len(), 2, "{balls:?}");
+        assert!((balls[0].center - Vec3::new(-22.5, 16.5, 0.0)).length() < 1e-3);
+        assert!((16.5..16.51).contains(&balls[0].radius));
+    }
+
+    #[test]
+    fn water_is_cut_into_patches() {
+        let scene = scene("course_water.toml");
+        let balls = scene.casters();
+        assert_covered(&scene, &balls);
+        assert!((8..=MOST).contains(&balls.len()), "{balls:?}");
+        let light = Vec3::new(0.0, 108.0, 0.0);
+        assert!(balls.iter().all(|ball| !ball.contains(light)), "{balls:?}");
+    }
+
+    /// Cutting the mesh of a ball would only leave larger balls around its parts.
+    #[test]
+    fn a_tessellated_ball_stays_whole() {
+        let mut rng = crate::math::Rng::new(1, crate::math::Stream::Test, 0, 0);
+        let mut on_ball = || crate::math::warp::square_to_uniform_sphere(rng.next_vec2());
+        let mut items: Vec<Item> = (0..500)
+            .map(|_| {
+                let p = on_ball();
+                let corners = [0, 1, 2].map(|_| (p + 0.05 * on_ball()).normalize());
+                Item { corners, radius: 0.0 }
+            })
+            .collect();
+        let balls = group(&mut items);
+        assert!(balls.len() == 1 && balls[0].radius < 1.05, "{balls:?}");
+    }
+
+    #[test]
+    fn equal_items_cannot_be_cut() {
+        let item = Item { corners: [Vec3::ONE; 3], radius: 0.5 };
+        assert_eq!(group(&mut [item; 3]).len(), 1);
+        assert!(scene("course_diffuse.toml").casters().is_empty());
+    }
+}
