@@ -42,6 +42,12 @@ pub enum BenchError {
         /// The scene.
         scene: String,
     },
+    /// A picture without caustics.
+    #[error("{scene}: no caustic is seen: give it mirrors or glass that cast one into the picture")]
+    NoCaustic {
+        /// The scene.
+        scene: String,
+    },
     /// The surfaces of a render have no known area.
     #[error("{scene}: radii cannot be chosen by overlaps in a render: give them in percent")]
     NoOverlaps {

@@ -1,5 +1,6 @@
 //! Measurements of the program against what it could be: one file for each question.
 //!
+//! - [`aim`]: what do photons aimed at glass gain?
 //! - [`pass`]: what does a photon pass cost beyond tracing its rays?
 //! - [`gather`]: does the sphere tree beat Embree's point query, a hash grid and a k-d tree?
 //! - [`leaks`]: do rays slip through closed meshes?
@@ -10,6 +11,7 @@
 //! serialisable and turns into a [`crate::report::Page`]. Rivals of the gather must agree on every count, or
 //! the measurement fails; those of the rays tell how often they disagree. Nothing is ever judged by its time.
 
+pub mod aim;
 mod closed_meshes;
 mod error;
 pub mod gather;

@@ -80,6 +80,7 @@ impl Facts {
             eye_paths,
             error_estimates,
             transport,
+            caustic_photons,
             planning,
         } = *settings;
         self.add("samples", samples);
@@ -101,6 +102,7 @@ impl Facts {
         );
         self.add("error estimates", lower_case(error_estimates));
         self.add("transport", transport);
+        self.add("caustic photons", caustic_photons);
         self.add("planning", lower_case(planning));
     }
 

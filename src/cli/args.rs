@@ -83,6 +83,9 @@ pub struct RenderArgs {
     /// Photons a pass, such as 100000 or 1e6 [default: the scene's]
     #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = count)]
     pub photons: Option<u64>,
+    /// Photons of a pass that are aimed at mirrors and glass: `auto`, by a trial, or so many; 0 for none
+    #[arg(long, allow_negative_numbers = true, value_name = "auto|N", default_value = "auto", value_parser = aiming)]
+    pub caustic_photons: ppm::Aiming,
     /// Share of each pass's photons that is kept as radii shrink, in (0, 1] [default: the scene's]
     #[arg(long, allow_negative_numbers = true, value_name = "A", value_parser = |s: &str| number(s, f64::MIN_POSITIVE..=1.0))]
     pub alpha: Option<f64>,
@@ -315,7 +318,7 @@ pub struct SurfaceArgs {
 }
 
 #[derive(Args, Debug)]
-#[command(group(ArgGroup::new("question").required(true).args(["pass", "gather", "rays", "leaks", "numerics"])), after_help = "\
+#[command(group(ArgGroup::new("question").required(true).args(["pass", "gather", "rays", "leaks", "numerics", "aim"])), after_help = "\
 Examples:
   caustica bench --pass data/course_diffuse.toml --json -
   caustica bench --pass data/cornell_b.toml --radius 10 --samples 1 --photons 1e5 --html out/pass.html
@@ -324,6 +327,7 @@ Examples:
   caustica bench --rays --triangles 36,1e6 --html out/rays.html
   caustica bench --leaks 1e7
   caustica bench --numerics
+  caustica bench --aim data/glass_bead.toml --passes 20
 
 Times depend on what else the machine does: look at the smallest and largest beside the medians.")]
 pub struct BenchArgs {
@@ -334,7 +338,7 @@ pub struct BenchArgs {
     #[arg(long)]
     pub gather: bool,
     /// Gather the photons of a pass through this scene (TOML) at its hit points, rather than on walls
-    #[arg(long, conflicts_with_all = ["pass", "rays", "leaks", "numerics"], value_name = "SCENE")]
+    #[arg(long, conflicts_with_all = ["pass", "rays", "leaks", "numerics", "aim"], value_name = "SCENE")]
     pub scene: Option<PathBuf>,
     /// Measure rays of real renders: Embree in all its ways, and the program's own tree
     #[arg(long)]
@@ -345,29 +349,35 @@ pub struct BenchArgs {
     /// Measure what precision buys, in renders of PASSES passes
     #[arg(long, value_name = "PASSES", num_args = 0..=1, default_missing_value = "20000", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     pub numerics: Option<u32>,
+    /// Measure what photons aimed at mirrors and glass gain in this scene (TOML)
+    #[arg(long, value_name = "SCENE")]
+    pub aim: Option<PathBuf>,
+    /// Passes of every run with --aim
+    #[arg(long, conflicts_with_all = ["pass", "gather", "rays", "leaks", "numerics"], allow_negative_numbers = true, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub passes: u32,
     /// Gather radius of the pass in scene units [default: the scene's, or two pixels wide]
-    #[arg(long, conflicts_with_all = ["gather", "rays", "leaks", "numerics"], allow_negative_numbers = true, value_name = "R", value_parser = |s: &str| number(s, 1e-30..=1e30))]
+    #[arg(long, conflicts_with_all = ["gather", "rays", "leaks", "numerics", "aim"], allow_negative_numbers = true, value_name = "R", value_parser = |s: &str| number(s, 1e-30..=1e30))]
     pub radius: Option<f64>,
     /// Eye samples a pixel of the pass, 1 to 4096 [default: the scene's]
-    #[arg(long, conflicts_with_all = ["gather", "rays", "leaks", "numerics"], allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(long, conflicts_with_all = ["gather", "rays", "leaks", "numerics", "aim"], allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub samples: Option<u32>,
     /// Trace the eye paths and build the tree anew in every pass
-    #[arg(long, conflicts_with_all = ["gather", "rays", "leaks", "numerics"])]
+    #[arg(long, conflicts_with_all = ["gather", "rays", "leaks", "numerics", "aim"])]
     pub retrace: bool,
     /// Numbers of spheres to gather among [default: 1e4,1e5,1e6,4e6]
-    #[arg(long, conflicts_with_all = ["pass", "rays", "leaks", "numerics"], value_name = "N,..", value_delimiter = ',', value_parser = points)]
+    #[arg(long, conflicts_with_all = ["pass", "rays", "leaks", "numerics", "aim"], value_name = "N,..", value_delimiter = ',', value_parser = points)]
     pub points: Vec<u64>,
     /// Their radii in percent of the longest side of box or scene [default: 0.05,0.1,0.4,1, and 5 without --scene]
-    #[arg(long, conflicts_with_all = ["pass", "rays", "leaks", "numerics"], value_name = "PERCENT,..", value_delimiter = ',', value_parser = |s: &str| number(s, 1e-3..=100.0))]
+    #[arg(long, conflicts_with_all = ["pass", "rays", "leaks", "numerics", "aim"], value_name = "PERCENT,..", value_delimiter = ',', value_parser = |s: &str| number(s, 1e-3..=100.0))]
     pub radii: Vec<f64>,
     /// Choose the radius for each number of spheres so that a photon lies in about so many
-    #[arg(long, conflicts_with_all = ["radii", "scene", "pass", "rays", "leaks", "numerics"], value_name = "K", value_parser = |s: &str| number(s, 1e-3..=1e6))]
+    #[arg(long, conflicts_with_all = ["radii", "scene", "pass", "rays", "leaks", "numerics", "aim"], value_name = "K", value_parser = |s: &str| number(s, 1e-3..=1e6))]
     pub overlaps: Option<f64>,
     /// Also measure sphere trees built in other ways: costs by volume, smaller leaves
-    #[arg(long, conflicts_with_all = ["pass", "rays", "leaks", "numerics"])]
+    #[arg(long, conflicts_with_all = ["pass", "rays", "leaks", "numerics", "aim"])]
     pub variants: bool,
     /// Numbers of triangles, at least, to trace rays among [default: 36,2e4,131072,1e6]
-    #[arg(long, conflicts_with_all = ["pass", "gather", "leaks", "numerics"], value_name = "N,..", value_delimiter = ',', value_parser = triangles)]
+    #[arg(long, conflicts_with_all = ["pass", "gather", "leaks", "numerics", "aim"], value_name = "N,..", value_delimiter = ',', value_parser = triangles)]
     pub triangles: Vec<u64>,
     /// Photons, and of rays about as many eye paths [default: the scene's, or 100000]
     #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = count)]
@@ -605,6 +615,15 @@ fn count(text: &str) -> Result<u64, String> {
     if value.fract() == 0.0 { Ok(value as u64) } else { Err(format!("`{text}` is not a whole number")) }
 }
 
+/// `auto` or a count, which may be 0.
+fn aiming(text: &str) -> Result<ppm::Aiming, String> {
+    match text {
+        "auto" => Ok(ppm::Aiming::Auto),
+        "0" => Ok(ppm::Aiming::Photons(0)),
+        _ => count(text).map(ppm::Aiming::Photons).map_err(|reason| format!("{reason}; or write `auto`")),
+    }
+}
+
 /// So many spheres that a 32-bit number still counts the cells of a grid that each of them touches.
 fn points(text: &str) -> Result<u64, String> {
     count_up_to(100_000_000, text)
@@ -657,6 +676,14 @@ mod tests {
         for wrong in ["0", "-1", "1.5", "nan", "inf", "many", "1e300"] {
             assert!(count(wrong).is_err(), "{wrong}");
         }
+    }
+
+    #[test]
+    fn photons_are_aimed_by_a_trial_or_by_number() {
+        assert_eq!(aiming("auto"), Ok(ppm::Aiming::Auto));
+        assert_eq!(aiming("0"), Ok(ppm::Aiming::Photons(0)));
+        assert_eq!(aiming("1e3"), Ok(ppm::Aiming::Photons(1000)));
+        assert_eq!(aiming("some").unwrap_err(), "`some` is not a number; or write `auto`");
     }
 
     #[test]

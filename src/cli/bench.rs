@@ -6,6 +6,7 @@ use super::args::BenchArgs;
 use super::console::print;
 use super::error::{CliError, Outcome};
 use super::{load, use_threads};
+use crate::bench::aim::{self, AimSettings};
 use crate::bench::gather::{self, GatherSettings, Radii};
 use crate::bench::gather_source::{Rendered, Source};
 use crate::bench::leaks;
@@ -14,7 +15,7 @@ use crate::bench::pass::{self, PassSettings};
 use crate::bench::rays::{self, RaySettings};
 use crate::bench::structures::{RIVALS, VARIANTS};
 use crate::output::{check_writable, write_atomically};
-use crate::ppm::Settings;
+use crate::ppm::{Aiming, Settings};
 use crate::report::Page;
 use crate::scene::{Access, Scene};
 
@@ -25,9 +26,10 @@ pub fn run(args: &BenchArgs) -> Result<Outcome, CliError> {
     if cfg!(debug_assertions) {
         note!("warning: this build checks its arithmetic: measure with one of `cargo build --release`");
     }
-    match &args.pass {
-        Some(scene) => run_pass(args, scene),
-        None => run_on_generated_scenes(args),
+    match (&args.pass, &args.aim) {
+        (Some(scene), _) => run_pass(args, scene),
+        (_, Some(scene)) => run_aim(args, scene),
+        _ => run_on_generated_scenes(args),
     }
 }
 
@@ -50,6 +52,15 @@ fn run_numerics(args: &BenchArgs, passes: u32) -> Result<Outcome, CliError> {
     write(args, &report, &report.page())
 }
 
+fn run_aim(args: &BenchArgs, path: &Path) -> Result<Outcome, CliError> {
+    let scene = Scene::new(load(path, Access::any())?)?;
+    let of_scene = Settings::of_scene(scene.render());
+    let render = Settings { photons: args.photons.unwrap_or(of_scene.photons), ..of_scene };
+    let settings = AimSettings { render, passes: args.passes, repetitions: args.repetitions as usize };
+    let report = aim::measure(&scene, &path.display().to_string(), &settings)?;
+    write(args, &report, &report.page())
+}
+
 fn run_pass(args: &BenchArgs, path: &Path) -> Result<Outcome, CliError> {
     let desc = load(path, Access::any())?;
     let of_scene = Settings::of_scene(&desc.render);
@@ -58,6 +69,7 @@ fn run_pass(args: &BenchArgs, path: &Path) -> Result<Outcome, CliError> {
         radius: args.radius.or(of_scene.radius),
         samples: args.samples.unwrap_or(of_scene.samples),
         photons: args.photons.unwrap_or(of_scene.photons),
+        caustic_photons: Aiming::Photons(0),
         ..of_scene
     };
     let settings = PassSettings { render, repetitions: args.repetitions as usize, retrace: args.retrace };

@@ -131,12 +131,14 @@ impl Outputs {
     /// The facts of the picture, for its header.
     fn metadata(&self, render: &Render, seconds: f64) -> Metadata {
         let settings = render.settings();
+        let aimed = render.setup().aim.map_or(0, |aim| aim.budget.aimed);
         let metadata = Metadata::new()
             .with("caustica:version", Value::Text(env!("CARGO_PKG_VERSION").into()))
             .with("caustica:method", Value::Text("progressive photon mapping".into()))
             .with("caustica:scene", Value::Text(self.scene.clone()))
             .with("caustica:passes", Value::Integer(render.passes().into()))
             .with("caustica:photons", Value::Integer(settings.photons as i64))
+            .with("caustica:aimed_photons", Value::Integer(aimed as i64))
             .with("caustica:alpha", Value::Double(settings.alpha))
             .with("caustica:radius", Value::Double(render.setup().radius))
             .with("caustica:samples", Value::Integer(settings.samples.into()))

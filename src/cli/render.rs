@@ -130,6 +130,15 @@ fn announce(args: &RenderArgs, render: &Render) {
     if render.is_finished() {
         note!("no pass is called for: there is no light that photons or samples of area lights could bring");
     }
+    if let Some(aim) = render.setup().aim.filter(|aim| aim.budget.aimed > 0) {
+        let gain =
+            aim.gain.map_or(String::new(), |gain| format!(": {gain:.1} times the precision, by a trial"));
+        note!(
+            "{} of {} photons a pass are aimed at mirrors and glass{gain}",
+            aim.budget.aimed,
+            render.settings().photons
+        );
+    }
     let Some(target) = args.target_error else { return };
     let (target, confidence) = (percent(target), percent(args.confidence));
     note!(
@@ -152,6 +161,7 @@ fn settings(args: &RenderArgs, desc: &SceneDesc) -> Settings {
         samples: args.samples.unwrap_or(of_scene.samples),
         depth: args.depth.unwrap_or(of_scene.depth),
         photons: args.photons.unwrap_or(of_scene.photons),
+        caustic_photons: args.caustic_photons,
         alpha: args.alpha.unwrap_or(of_scene.alpha),
         radius: args.radius.or(of_scene.radius),
         policy: args.radius_policy.into(),

@@ -12,7 +12,7 @@ pub struct BoundingSphere {
 impl BoundingSphere {
     /// How much wider than computed a radius is made, so that no rounding leaves a ball outside: a few units of the last
     /// place.
-    const ROUNDING: f32 = 1.0 + 4.0 * f32::EPSILON;
+    const ROUNDING: f32 = 1.0 + 8.0 * f32::EPSILON;
 
     /// A ball around `balls`, each of a centre and a radius (0 of a point), whose middle is that of their box.
     ///
@@ -37,8 +37,8 @@ impl BoundingSphere {
             return BoundingSphere { center: Vec3::ZERO, radius: 0.0 };
         }
         let center = bounds.center();
-        let reach = |(c, radius): (Vec3, f32)| c.as_dvec3().distance(center.as_dvec3()) + f64::from(radius);
-        let radius = balls.map(reach).fold(0.0, f64::max) as f32 * Self::ROUNDING;
+        let reach = |(c, radius): (Vec3, f32)| c.distance(center) + radius;
+        let radius = balls.map(reach).fold(0.0, f32::max) * Self::ROUNDING;
         BoundingSphere { center, radius }
     }
 

@@ -24,6 +24,8 @@ pub enum Stream {
     EyeRoulette,
     /// Points of the lens that eye samples look through.
     Lens,
+    /// Emission and bounces of photons that are aimed at casters of caustics.
+    AimedPhoton,
 }
 
 /// A counter-based generator: number `dimension` of `(seed, stream, pass, index)` is a pure function of these five.

@@ -16,6 +16,7 @@
 //! Photon Mapping", SIGGRAPH Asia 2009.
 
 mod accuracy;
+mod aimed_flights;
 pub mod camera_pass;
 mod collector;
 mod develop;
@@ -35,7 +36,9 @@ mod hit_points;
 mod lane_flux;
 mod lane_parts;
 mod ledger;
+mod mixture;
 pub mod photon_pass;
+mod pilot;
 mod pixel_light;
 mod pixel_lists;
 mod radius;
@@ -57,12 +60,14 @@ pub use gather::{Found, received};
 pub use hit_point::{GatherState, HitPoint, PassSum};
 pub use hit_points::HitPoints;
 pub use ledger::Ledger;
+pub use mixture::{Mixture, PhotonBudget};
 pub use photon_pass::{Deposits, Photon, PhotonBatch, PhotonPass, Photons};
+pub use pilot::AimPlan;
 pub use radius::automatic_radius;
 pub use radius_floor::least_radius;
 pub use radius_policy::RadiusPolicy;
 pub use render_state::{ForeignState, RenderState};
-pub use settings::{ErrorEstimates, Planning, Settings};
+pub use settings::{Aiming, ErrorEstimates, Planning, Settings};
 pub use stage::Stage;
 pub use statistic::Precision;
 pub use statistics::{ClassStatistics, PassStatistics, PhaseSeconds, RadiusRange, SetupStatistics};
@@ -100,6 +105,8 @@ pub struct Render<'s> {
     lights: Lights,
     direct: DirectLight,
     photon_pass: PhotonPass,
+    /// Where some photons are aimed.
+    mixture: Option<Mixture>,
     emitted_photons: u64,
     passes: u32,
     /// Where the settings ask for estimates of the error.
@@ -134,6 +141,7 @@ impl<'s> Render<'s> {
         };
         let tree_seconds = watch.lap();
         let direct = DirectLight::new(stage, plan.eye_paths, settings.seed, &hit_points, order, eye.emitted);
+        let direct_seconds = watch.lap();
         let setup = SetupStatistics {
             hit_points: hit_points.len() as u64,
             eye_rays: eye.rays,
@@ -143,9 +151,11 @@ impl<'s> Render<'s> {
             plan_seconds,
             eye_seconds,
             tree_seconds,
-            direct_seconds: watch.lap(),
+            direct_seconds,
+            aim: None,
+            aim_seconds: 0.0,
         };
-        Render {
+        let mut render = Render {
             scene,
             settings,
             hit_points,
@@ -156,11 +166,19 @@ impl<'s> Render<'s> {
             lights,
             direct,
             photon_pass: PhotonPass::default(),
+            mixture: None,
             emitted_photons: 0,
             passes: 0,
             batches,
             setup,
-        }
+        };
+        (render.mixture, render.setup.aim) = pilot::decide(&render);
+        render.setup.aim_seconds = watch.lap();
+        render
+    }
+
+    fn stage(&self) -> Stage<'_> {
+        Stage::new(self.scene, &self.lights, &self.plan)
     }
 
     /// One pass: eye paths and direct light anew where they change; photons are traced and gathered, radii shrink, trees follow.
@@ -172,13 +190,13 @@ impl<'s> Render<'s> {
         phases.direct = watch.lap();
         let settings = self.settings;
         let stage = Stage::new(self.scene, &self.lights, &self.plan);
-        let Render { collectors, photon_pass, facets, hit_points, direct, .. } = self;
+        let Render { collectors, photon_pass, facets, hit_points, direct, mixture, .. } = self;
         let batch = match collectors.is_empty() {
             true => photon_pass.skip(),
-            false => photon_pass.trace(stage, &settings, self.passes),
+            false => photon_pass.trace_mixed(stage, &settings, self.passes, mixture.as_ref()),
         };
         phases.trace = watch.lap();
-        let ledger = batch.ledger;
+        let (ledger, aimed) = (batch.ledger, batch.aimed);
         self.emitted_photons += ledger.emitted;
         self.passes += 1;
         let view = View { hit_points, facets, lists: direct.view() };
@@ -194,7 +212,7 @@ impl<'s> Render<'s> {
         self.close_batch(&classes);
         phases.errors = watch.lap();
         let shadow_rays = self.direct.rays() - shadow_rays_before;
-        self.statistics(phases, ledger, classes, eye_rays + shadow_rays)
+        self.statistics(phases, [ledger, aimed], classes, eye_rays + shadow_rays)
     }
 
     /// Sees what a further pass sees: the same points in other light, or other points. How many eye rays that took.
@@ -299,7 +317,7 @@ impl<'s> Render<'s> {
         self.passes
     }
 
-    /// Photons emitted in all passes.
+    /// Photons that left the lights naturally in all passes: those that flux is normalised by.
     pub fn emitted_photons(&self) -> u64 {
         self.emitted_photons
     }

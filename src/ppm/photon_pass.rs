@@ -4,6 +4,8 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::aimed_flights::AimedFlights;
+use super::mixture::Mixture;
 use super::wavefront::{Course, Wavefront};
 use super::{Ledger, Settings, Stage};
 use crate::effects::PathClass;
@@ -51,6 +53,8 @@ pub struct PhotonChunk {
     pub caustic: Deposits,
     /// Photons that bounced off a diffuse surface before.
     pub indirect: Deposits,
+    /// Of every caustic photon in a mixture, how much likelier aiming makes its start.
+    pub ratios: Vec<f32>,
     /// What became of the paths.
     pub ledger: Ledger,
 }
@@ -60,21 +64,25 @@ impl PhotonChunk {
     fn clear(&mut self) {
         self.caustic.clear();
         self.indirect.clear();
+        self.ratios.clear();
         self.ledger = Ledger::default();
     }
 
     fn memory_bytes(&self) -> usize {
-        self.caustic.memory_bytes() + self.indirect.memory_bytes()
+        let ratios = size_of::<f32>() * self.ratios.capacity();
+        self.caustic.memory_bytes() + self.indirect.memory_bytes() + ratios
     }
 }
 
 /// The photons of a pass.
 #[derive(Clone, Debug, Default)]
 pub struct PhotonBatch {
-    /// In the order of the paths.
+    /// In the order of the paths, those of aimed photons behind the others.
     pub chunks: Vec<PhotonChunk>,
-    /// What became of all paths.
+    /// What became of all paths that left the lights naturally.
     pub ledger: Ledger,
+    /// What became of the aimed ones.
+    pub aimed: Ledger,
 }
 
 impl PhotonBatch {
@@ -138,14 +146,35 @@ impl PhotonPass {
     /// Path `i` draws from the generator keyed by (seed, pass, i), and chunks of paths are of a fixed size: the result
     /// depends on no thread.
     pub fn trace<'a>(&mut self, stage: impl Into<Stage<'a>>, settings: &Settings, pass: u32) -> &PhotonBatch {
-        let course = Course { isa: Isa::best(), stage: stage.into(), settings, pass };
-        let PhotonBatch { chunks, ledger } = &mut self.batch;
-        chunks.resize_with(chunk_count(&course), PhotonChunk::default);
-        chunks.par_iter_mut().enumerate().for_each_init(Wavefront::default, |wavefront, (number, chunk)| {
+        self.trace_mixed(stage, settings, pass, None)
+    }
+
+    /// The same with the photons of a mixture in place of `settings.photons`, where there is one.
+    pub fn trace_mixed<'a>(
+        &mut self,
+        stage: impl Into<Stage<'a>>,
+        settings: &Settings,
+        pass: u32,
+        mixture: Option<&Mixture>,
+    ) -> &PhotonBatch {
+        let course = Course { isa: Isa::best(), stage: stage.into(), settings, pass, mixture };
+        let photons = mixture.map_or(settings.photons, |mixture| mixture.budget.natural);
+        let natural = chunk_count(&course, photons);
+        let aimed = mixture.map_or(0, |mixture| chunk_count(&course, mixture.budget.aimed));
+        let PhotonBatch { chunks, ledger, aimed: aimed_ledger } = &mut self.batch;
+        chunks.resize_with(natural + aimed, PhotonChunk::default);
+        chunks.par_iter_mut().enumerate().for_each_init(Memory::default, |memory, (number, chunk)| {
             chunk.clear();
-            wavefront.follow(&course, paths_of(number, settings), chunk, |_| ());
+            match mixture.filter(|_| number >= natural) {
+                Some(mixture) => {
+                    let paths = paths_of(number - natural, mixture.budget.aimed);
+                    memory.aimed.follow(&course, mixture, paths, chunk);
+                }
+                None => memory.natural.follow(&course, paths_of(number, photons), chunk, |_| ()),
+            }
         });
-        *ledger = chunks.iter().fold(Ledger::default(), |sum, chunk| sum.plus(chunk.ledger));
+        *ledger = sum(&chunks[..natural]);
+        *aimed_ledger = sum(&chunks[natural..]);
         &self.batch
     }
 
@@ -161,26 +190,38 @@ impl PhotonPass {
     }
 }
 
+/// What a thread works in.
+#[derive(Default)]
+struct Memory {
+    natural: Wavefront,
+    aimed: AimedFlights,
+}
+
+fn sum(chunks: &[PhotonChunk]) -> Ledger {
+    chunks.iter().fold(Ledger::default(), |sum, chunk| sum.plus(chunk.ledger))
+}
+
 /// The rays that [`PhotonPass::trace`] sends through the scene, in the order in which it traces them.
 pub fn record_rays(scene: &Scene, settings: &Settings, pass: u32) -> Vec<Ray> {
-    let course = Course { isa: Isa::best(), stage: scene.into(), settings, pass };
+    let course = Course { isa: Isa::best(), stage: scene.into(), settings, pass, mixture: None };
     let rays_of = |chunk: usize| {
         let (mut rays, mut photons) = (Vec::new(), PhotonChunk::default());
         let see = |packet: &RayPacket| rays.extend((0..packet.len).map(|lane| packet.ray(lane)));
-        Wavefront::default().follow(&course, paths_of(chunk, settings), &mut photons, see);
+        Wavefront::default().follow(&course, paths_of(chunk, settings.photons), &mut photons, see);
         rays
     };
-    let recorded: Vec<Vec<Ray>> = (0..chunk_count(&course)).into_par_iter().map(rays_of).collect();
+    let recorded: Vec<Vec<Ray>> =
+        (0..chunk_count(&course, settings.photons)).into_par_iter().map(rays_of).collect();
     recorded.concat()
 }
 
-fn chunk_count(course: &Course) -> usize {
-    if course.stage.lights.is_empty() { 0 } else { course.settings.photons.div_ceil(CHUNK) as usize }
+fn chunk_count(course: &Course, photons: u64) -> usize {
+    if course.stage.lights.is_empty() { 0 } else { photons.div_ceil(CHUNK) as usize }
 }
 
-fn paths_of(chunk: usize, settings: &Settings) -> Range<u64> {
+fn paths_of(chunk: usize, photons: u64) -> Range<u64> {
     let chunk = chunk as u64;
-    chunk * CHUNK..((chunk + 1) * CHUNK).min(settings.photons)
+    chunk * CHUNK..((chunk + 1) * CHUNK).min(photons)
 }
 
 #[cfg(test)]

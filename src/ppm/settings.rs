@@ -1,3 +1,5 @@
+use std::fmt;
+
 use super::{Precision, RadiusPolicy};
 use crate::bsdf::DiffuseSampling;
 use crate::effects::{EyePaths, PathClasses};
@@ -25,6 +27,25 @@ pub enum Planning {
     Everything,
 }
 
+/// Who decides how many photons of a pass are aimed at casters of caustics.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Aiming {
+    /// A trial with a few thousand photons: as many as make variance times rays the least.
+    #[default]
+    Auto,
+    /// The user: so many, though one photon at least is not aimed. None where there is nothing to aim at.
+    Photons(u64),
+}
+
+impl fmt::Display for Aiming {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Aiming::Auto => f.write_str("auto"),
+            Aiming::Photons(photons) => photons.fmt(f),
+        }
+    }
+}
+
 /// What governs a render, beside the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
@@ -32,8 +53,10 @@ pub struct Settings {
     pub samples: u32,
     /// Longest chain of specular events on an eye path.
     pub depth: u32,
-    /// Photons emitted in a pass.
+    /// Photons emitted in a pass, aimed ones included.
     pub photons: u64,
+    /// How many of them are aimed at casters of caustics.
+    pub caustic_photons: Aiming,
     /// `α` in `(0, 1]`: the share of each pass's photons that is kept as the radius shrinks.
     pub alpha: f64,
     /// Initial radius in scene units; `None` lets the eye pass find one.
@@ -71,6 +94,7 @@ impl Settings {
             samples: render.samples,
             depth: render.depth,
             photons: render.photons,
+            caustic_photons: Aiming::Auto,
             alpha: render.alpha,
             radius: render.radius,
             policy: RadiusPolicy::HitPoint,

@@ -5,7 +5,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::{Ledger, Render};
+use super::{AimPlan, Ledger, Render};
 use crate::effects::PathClass;
 
 /// What the set-up of a render found and took.
@@ -29,6 +29,10 @@ pub struct SetupStatistics {
     pub tree_seconds: f64,
     /// Seconds of the first direct light.
     pub direct_seconds: f64,
+    /// How many photons are aimed at casters of caustics, where there is anything to aim at.
+    pub aim: Option<AimPlan>,
+    /// Seconds of deciding that.
+    pub aim_seconds: f64,
 }
 
 /// Seconds of each phase of a pass.
@@ -90,13 +94,15 @@ pub struct PassStatistics {
     pub phases: PhaseSeconds,
     /// Photon rays, shadow rays, and rays of eye paths that are retraced.
     pub rays: u64,
-    /// Where the photons went.
+    /// Where the photons went that left the lights naturally.
     pub photons: Ledger,
+    /// Where the aimed ones went; they end at their first diffuse event.
+    pub aimed_photons: Ledger,
     /// Photons added to hit points, counted once for each hit point.
     pub gathered: u64,
     /// Photons within a radius, but on another side than the one that is seen.
     pub rejected_by_side: u64,
-    /// Photons emitted so far.
+    /// Photons that left the lights naturally so far.
     pub emitted_in_all: u64,
     /// Radii after the pass, of all kinds of paths.
     pub radius: RadiusRange,
@@ -163,7 +169,7 @@ impl Render<'_> {
     pub(super) fn statistics(
         &self,
         phases: PhaseSeconds,
-        photons: Ledger,
+        [photons, aimed_photons]: [Ledger; 2],
         classes: Vec<ClassStatistics>,
         shadow_rays: u64,
     ) -> PassStatistics {
@@ -171,8 +177,9 @@ impl Render<'_> {
             pass: self.passes,
             seconds: phases.total(),
             phases,
-            rays: photons.rays + shadow_rays,
+            rays: photons.rays + aimed_photons.rays + shadow_rays,
             photons,
+            aimed_photons,
             gathered: classes.iter().map(|class| class.gathered).sum(),
             rejected_by_side: classes.iter().map(|class| class.rejected_by_side).sum(),
             emitted_in_all: self.emitted_photons,

@@ -7,6 +7,7 @@ use super::draws::Draws;
 use super::emission::Emission;
 use super::flights::{FlightPacket, Flights, at};
 use super::lane_flux::{LaneFlux, PowerOf};
+use super::mixture::Mixture;
 use super::photon_pass::{Deposits, PhotonChunk};
 use super::{FluxLedger, Photon, Settings, Stage};
 use crate::bsdf::{
@@ -18,7 +19,7 @@ use crate::scene::{Coherence, HitPacket, RayPacket, SurfaceHit, SurfacePacket};
 use crate::simd::{Isa, LANES, Mask, first_lanes};
 
 /// A closed box of albedo 1 holds a photon for ever; what is cut here is counted as terminated.
-const MAX_SEGMENTS: u32 = 1000;
+pub(super) const MAX_SEGMENTS: u32 = 1000;
 
 /// In scenes of at most so many triangles and spheres, rays of one octant mostly meet the same boxes: then packets that
 /// stay together win. In larger ones they part too early.
@@ -98,6 +99,8 @@ pub(super) struct Course<'a> {
     pub stage: Stage<'a>,
     pub settings: &'a Settings,
     pub pass: u32,
+    /// Of which natural and aimed photons are parts, where there are aimed ones.
+    pub mixture: Option<&'a Mixture>,
 }
 
 impl Wavefront {
@@ -230,7 +233,9 @@ impl Packet {
         let Bounced { arrivals, survivors, dark, lost } = course.isa.run(bounce);
         if !draws.is_first_flight() {
             if SPECULAR && course.settings.transport.contains(PathClass::Caustic) {
-                deposit(&mut chunk.caustic, arrivals.diffuse & *caustic, photons, surfaces, &arrivals);
+                let who = arrivals.diffuse & *caustic;
+                deposit(&mut chunk.caustic, who, photons, surfaces, &arrivals);
+                weigh(course, draws, bits(who).map(|lane| photons.path[lane]), chunk);
             }
             if course.settings.transport.contains(PathClass::Indirect) {
                 deposit(&mut chunk.indirect, arrivals.diffuse & !*caustic, photons, surfaces, &arrivals);
@@ -279,19 +284,35 @@ fn deposit(
     to.photons.extend(lanes.iter().map(|&lane| photon(lane % LANES)));
 }
 
+/// Weighs the caustic photons that were stored last, those of `paths`, where they are part of a mixture.
+fn weigh(course: &Course, draws: Draws, paths: impl Iterator<Item = u32>, chunk: &mut PhotonChunk) {
+    let Some(mixture) = course.mixture else { return };
+    let emission = Draws { segment: 0, ..draws };
+    let first = chunk.ratios.len();
+    chunk.ratios.extend(paths.map(|path| mixture.ratio_of(course.stage.lights, emission, path) as f32));
+    for (photon, &ratio) in chunk.caustic.photons[first..].iter_mut().zip(&chunk.ratios[first..]) {
+        photon.power *= mixture.weight(ratio.into());
+    }
+}
+
 /// How a photon goes on.
-struct Onward {
-    event: Event,
+pub(super) struct Onward {
+    pub event: Event,
     /// `None` where a shading normal bends it to the wrong side of the true surface.
-    ray: Option<Ray>,
+    pub ray: Option<Ray>,
     /// On its power.
-    factor: Rgb,
+    pub factor: Rgb,
     /// What the factor lacks for the shading normal.
-    correction: f32,
+    pub correction: f32,
 }
 
 /// Russian roulette between reflection, refraction, diffuse bounce and absorption, which is `None`.
-fn go_on(hit: &SurfaceHit, scattering: &Scattering, settings: &Settings, rng: &mut Rng) -> Option<Onward> {
+pub(super) fn go_on(
+    hit: &SurfaceHit,
+    scattering: &Scattering,
+    settings: &Settings,
+    rng: &mut Rng,
+) -> Option<Onward> {
     let (event, dir, factor) = match scattering.choose(rng.next_f32())? {
         Choice::Specular { event, wi, factor } => (event, hit.frame().to_world(wi), factor),
         Choice::Diffuse { factor } => {
@@ -341,7 +362,8 @@ mod tests {
         for scene in scenes() {
             for sampling in [DiffuseSampling::Cosine, DiffuseSampling::Uniform] {
                 let settings = Settings { sampling, ..Settings::of_scene(scene.render()) };
-                let course = |isa| Course { isa, stage: (&scene).into(), settings: &settings, pass: 2 };
+                let course =
+                    |isa| Course { isa, stage: (&scene).into(), settings: &settings, pass: 2, mixture: None };
                 let expected = followed(&course(Isa::portable()));
                 assert!(expected.indirect.photons.len() > 1000 && expected.ledger.is_balanced());
                 Isa::available().for_each(|isa| assert_same(&followed(&course(isa)), &expected, isa));
@@ -377,7 +399,8 @@ mod tests {
         for scene in scenes() {
             let settings = Settings::of_scene(scene.render());
             for isa in Isa::available() {
-                let course = Course { isa, stage: (&scene).into(), settings: &settings, pass: 0 };
+                let course =
+                    Course { isa, stage: (&scene).into(), settings: &settings, pass: 0, mixture: None };
                 let ((flights, chunk), (expected, expected_chunk)) =
                     (bounced(&course, true), bounced(&course, false));
                 assert!(flights.len() > 100 && flights == expected, "{isa}");

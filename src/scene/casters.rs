@@ -6,7 +6,7 @@ use crate::math::{Aabb, BoundingSphere, Vec3};
 /// Most balls around the casters of a scene.
 const MOST: usize = 16;
 
-/// Places at which a group may be cut along each axis, and one more.
+/// Slabs of a group along each axis, between which it may be cut.
 const BINS: usize = 16;
 
 /// One ball around a group is kept where those around its parts are no smaller than this together, by the square of the
@@ -31,13 +31,13 @@ impl Scene {
             Surface::Mesh(mesh, _) => Box::new(
                 (0..mesh.triangles.len())
                     .filter(move |&k| casts(mesh.materials[k]))
-                    .map(|k| Item { corners: mesh.corners(k), radius: 0.0 }),
+                    .map(|k| Item::new(mesh.corners(k), 0.0)),
             ),
             Surface::Spheres(spheres) => Box::new(
                 spheres
                     .iter()
                     .filter(move |sphere| casts(sphere.material))
-                    .map(|sphere| Item { corners: [sphere.center; 3], radius: sphere.radius }),
+                    .map(|sphere| Item::new([sphere.center; 3], sphere.radius)),
             ),
         }
     }
@@ -48,16 +48,17 @@ impl Scene {
 struct Item {
     corners: [Vec3; 3],
     radius: f32,
+    center: Vec3,
 }
 
 impl Item {
+    fn new(corners: [Vec3; 3], radius: f32) -> Item {
+        Item { corners, radius, center: Aabb::of_points(corners).center() }
+    }
+
     fn bounds(&self) -> Aabb {
         let points = Aabb::of_points(self.corners);
         Aabb { min: points.min - self.radius, max: points.max + self.radius }
-    }
-
-    fn center(&self) -> Vec3 {
-        Aabb::of_points(self.corners).center()
     }
 }
 
@@ -65,6 +66,8 @@ impl Item {
 struct Group<'a> {
     items: &'a mut [Item],
     ball: BoundingSphere,
+    /// Around the centres of the items.
+    centers: Aabb,
 }
 
 fn ball(items: &[Item]) -> BoundingSphere {
@@ -83,9 +86,9 @@ enum Tree {
 
 /// Cuts the largest group until there are enough, then chooses which cuts to keep.
 fn group(items: &mut [Item]) -> Vec<BoundingSphere> {
-    let ball = ball(items);
-    let mut tree = vec![Tree::Whole(ball)];
-    let mut open = vec![(0, Group { items, ball })];
+    let whole = Group::new(items);
+    let mut tree = vec![Tree::Whole(whole.ball)];
+    let mut open = vec![(0, whole)];
     for _ in 1..MOST {
         let largest = open.iter().enumerate().filter(|(_, (_, group))| group.can_be_cut());
         let Some((place, _)) = largest.max_by(|a, b| size(&a.1.1.ball).total_cmp(&size(&b.1.1.ball))) else {
@@ -117,67 +120,71 @@ fn best(tree: &[Tree], node: usize) -> (f64, Vec<BoundingSphere>) {
 }
 
 impl<'a> Group<'a> {
-    fn can_be_cut(&self) -> bool {
-        self.centers().extent().max_element() > 0.0
+    fn new(items: &'a mut [Item]) -> Group<'a> {
+        let (ball, centers) = (ball(items), Aabb::of_points(items.iter().map(|item| item.center)));
+        Group { items, ball, centers }
     }
 
-    fn centers(&self) -> Aabb {
-        Aabb::of_points(self.items.iter().map(Item::center))
+    fn can_be_cut(&self) -> bool {
+        self.centers.extent().max_element() > 0.0
     }
 
     /// Where the boxes of both parts have the least diagonals, by their squares; some item is in each part.
     fn cut(self) -> (Group<'a>, Group<'a>) {
-        let centers = self.centers();
-        let cuts = (0..3).filter(|&axis| centers.extent()[axis] > 0.0).flat_map(|axis| {
-            let planes = Planes::new(&centers, axis);
-            let costs = planes.costs(self.items);
-            (0..BINS - 1).map(move |last| (costs[last], planes, last))
-        });
-        let cheapest = cuts.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, planes, last)| (planes, last));
+        let bins = Bins::over(&self.centers);
+        let costs = bins.costs(self.items);
+        let cuts = (0..3).flat_map(|axis| (0..BINS - 1).map(move |last| (axis, last)));
+        let cuts = cuts.filter(|&(axis, _)| self.centers.extent()[axis] > 0.0);
+        let cheapest = cuts.min_by(|a, b| costs[a.0][a.1].total_cmp(&costs[b.0][b.1]));
         let middle =
-            cheapest.map_or(1, |(planes, last)| partition(self.items, |item| planes.bin(item) <= last));
+            cheapest.map_or(1, |(axis, last)| partition(self.items, |item| bins.of(item)[axis] <= last));
         let (left, right) = self.items.split_at_mut(middle.clamp(1, self.items.len() - 1));
-        (Group { ball: ball(left), items: left }, Group { ball: ball(right), items: right })
+        (Group::new(left), Group::new(right))
     }
 }
 
-/// Equally spaced planes across an axis.
-#[derive(Clone, Copy)]
-struct Planes {
-    axis: usize,
-    first: f32,
-    bins_a_unit: f32,
+/// Equally wide slabs across all axes.
+struct Bins {
+    first: Vec3,
+    bins_a_unit: Vec3,
 }
 
-impl Planes {
-    fn new(centers: &Aabb, axis: usize) -> Planes {
-        let first = centers.min[axis];
-        Planes { axis, first, bins_a_unit: BINS as f32 / (centers.max[axis] - first) }
+impl Bins {
+    fn over(centers: &Aabb) -> Bins {
+        // Flat boxes have one bin, and infinitely many a unit.
+        Bins { first: centers.min, bins_a_unit: BINS as f32 / centers.extent() }
     }
 
-    fn bin(&self, item: &Item) -> usize {
-        let bin = (item.center()[self.axis] - self.first) * self.bins_a_unit;
-        (bin as usize).min(BINS - 1)
+    /// 0/0 is in the first.
+    fn of(&self, item: &Item) -> [usize; 3] {
+        let bins = (item.center - self.first) * self.bins_a_unit;
+        bins.to_array().map(|bin| (bin as usize).min(BINS - 1))
     }
 
-    /// Of a cut behind each bin.
-    fn costs(&self, items: &[Item]) -> [f32; BINS] {
-        let mut boxes = [Aabb::EMPTY; BINS];
+    /// Of a cut behind each bin of each axis.
+    fn costs(&self, items: &[Item]) -> [[f32; BINS]; 3] {
+        let mut boxes = [[Aabb::EMPTY; BINS]; 3];
         for item in items {
-            let bin = &mut boxes[self.bin(item)];
-            *bin = bin.union(item.bounds());
+            let bounds = item.bounds();
+            for (bins, bin) in boxes.iter_mut().zip(self.of(item)) {
+                bins[bin] = bins[bin].union(bounds);
+            }
         }
-        let (mut left, mut right, mut costs) = (Aabb::EMPTY, Aabb::EMPTY, [0.0; BINS]);
-        for (k, bin) in boxes.iter().enumerate() {
-            left = left.union(*bin);
-            costs[k] += left.extent().length_squared();
-        }
-        for k in (1..BINS).rev() {
-            right = right.union(boxes[k]);
-            costs[k - 1] += right.extent().length_squared();
-        }
-        costs
+        boxes.each_ref().map(costs)
     }
+}
+
+fn costs(boxes: &[Aabb; BINS]) -> [f32; BINS] {
+    let (mut left, mut right, mut costs) = (Aabb::EMPTY, Aabb::EMPTY, [0.0; BINS]);
+    for (k, bin) in boxes.iter().enumerate() {
+        left = left.union(*bin);
+        costs[k] += left.extent().length_squared();
+    }
+    for k in (1..BINS).rev() {
+        right = right.union(boxes[k]);
+        costs[k - 1] += right.extent().length_squared();
+    }
+    costs
 }
 
 /// Moves those for which `first` holds to the front, and tells how many they are.
@@ -247,7 +254,7 @@ mod tests {
             .map(|_| {
                 let p = on_ball();
                 let corners = [0, 1, 2].map(|_| (p + 0.05 * on_ball()).normalize());
-                Item { corners, radius: 0.0 }
+                Item::new(corners, 0.0)
             })
             .collect();
         let balls = group(&mut items);
@@ -256,7 +263,7 @@ mod tests {
 
     #[test]
     fn equal_items_cannot_be_cut() {
-        let item = Item { corners: [Vec3::ONE; 3], radius: 0.5 };
+        let item = Item::new([Vec3::ONE; 3], 0.5);
         assert_eq!(group(&mut [item; 3]).len(), 1);
         assert!(scene("course_diffuse.toml").casters().is_empty());
     }
