@@ -45,6 +45,7 @@ pub mod light;
 pub mod math;
 pub mod output;
 pub mod ppm;
+pub mod price;
 pub mod reference;
 pub mod report;
 pub mod scene;

@@ -1,4 +1,5 @@
 mod doctor;
+mod explain;
 
 use std::ops::RangeBounds;
 use std::path::PathBuf;
@@ -8,6 +9,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 
 pub use doctor::DoctorArgs;
+pub use explain::ExplainArgs;
 
 use crate::bsdf::DiffuseSampling;
 use crate::compare::{Bound, Crop};
@@ -50,6 +52,8 @@ pub enum Command {
     Info(InfoArgs),
     /// Examine a scene, or the program itself, and say what is odd and what a render will therefore do
     Doctor(DoctorArgs),
+    /// Say which effects a scene calls for, because of which of its lines, and what they cost
+    Explain(ExplainArgs),
     /// Write the water surface of the course's scene as OBJ
     Surface(SurfaceArgs),
     /// Measure the photon pass against bare ray tracing, or trees of spheres or triangles against their rivals

@@ -10,6 +10,7 @@ mod compare;
 mod doctor;
 mod error;
 mod error_watch;
+mod explain;
 mod info;
 mod interrupt;
 mod json_lines;
@@ -54,6 +55,7 @@ fn dispatch(command: Command) -> Result<Outcome, CliError> {
         Command::Compare(args) => compare::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Doctor(args) => doctor::run(&args),
+        Command::Explain(args) => explain::run(&args),
         Command::Surface(args) => surface::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Study(args) => study::run(&args),

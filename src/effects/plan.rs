@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::reach::Reach;
 use super::rules::{self, Facts};
 use super::surfaces::Surfaces;
-use super::{PathClass, PathClasses};
+use super::{Effect, PathClass, PathClasses};
 use crate::scene::Scene;
 
 /// Whether eye paths stay.
@@ -60,8 +60,9 @@ pub struct DroppedLight {
 
 /// What a render of a scene simulates.
 ///
-/// Everything that is left out contributes exactly nothing to the picture, or was not asked for: each rule of this module
-/// comes with its proof. Contributions that come of rounding alone, as of a ray that slips through a wall, are none.
+/// Everything that is left out brings no light of the scene to the picture, or was not asked for: each rule of this module comes
+/// with its proof. What gets through a wall all the same is an error, and goes, too: photons from behind it as long as discs are
+/// so large that they reach there, and rays that slip through by rounding.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Plan {
     /// The kinds of paths.
@@ -119,6 +120,11 @@ impl Plan {
         let eye_paths = if retraced { EyePaths::Retraced } else { EyePaths::Fixed };
         let casters = rules::casters(facts).is_ok();
         Plan { classes, eye_paths, photons, refraction, casters, can_aim, dropped_lights, decisions }
+    }
+
+    /// Whether an effect is simulated.
+    pub fn simulates(&self, effect: Effect) -> bool {
+        self.decisions.iter().any(|decision| decision.on && decision.what == effect.name())
     }
 
     /// Whether a light is part of the render, by its number in the order of [`crate::light::Lights::iter`].

@@ -1,0 +1,133 @@
+use serde::Serialize;
+
+use crate::film::Image;
+use crate::ppm::{PhaseSeconds, Render, Settings, SetupStatistics};
+use crate::scene::Scene;
+
+/// Seconds of a render, by what they are spent on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Seconds {
+    /// Tracing the eye paths.
+    pub eye_paths: f64,
+    /// Building the trees over what they hit.
+    pub trees: f64,
+    /// Shadow rays.
+    pub direct_light: f64,
+    /// Tracing photons.
+    pub photons: f64,
+    /// Adding them to what is seen.
+    pub gathering: f64,
+}
+
+impl Seconds {
+    /// All of them.
+    pub fn total(&self) -> f64 {
+        self.by_name().iter().map(|(_, seconds)| seconds).sum()
+    }
+
+    /// Each with what people call it.
+    pub fn by_name(&self) -> [(&'static str, f64); 5] {
+        let Seconds { eye_paths, trees, direct_light, photons, gathering } = *self;
+        [
+            ("eye paths", eye_paths),
+            ("trees over hit points", trees),
+            ("shadow rays", direct_light),
+            ("tracing photons", photons),
+            ("gathering photons", gathering),
+        ]
+    }
+
+    fn of_setup(setup: &SetupStatistics) -> Seconds {
+        let SetupStatistics { eye_seconds, tree_seconds, direct_seconds, .. } = *setup;
+        Seconds {
+            eye_paths: eye_seconds,
+            trees: tree_seconds,
+            direct_light: direct_seconds,
+            ..Seconds::default()
+        }
+    }
+
+    /// With `times` passes like this one more.
+    fn plus(self, phases: &PhaseSeconds, times: f64) -> Seconds {
+        Seconds {
+            direct_light: self.direct_light + times * phases.direct,
+            photons: self.photons + times * phases.trace,
+            gathering: self.gathering + times * phases.gather,
+            ..self
+        }
+    }
+}
+
+/// Renders so many passes, or fewer if the picture is finished before.
+pub fn measured(scene: &Scene, settings: Settings, passes: u32) -> Seconds {
+    rendered(scene, settings, passes).0
+}
+
+/// The same, and the picture.
+pub(super) fn rendered(scene: &Scene, settings: Settings, passes: u32) -> (Seconds, Image) {
+    let mut render = Render::new(scene, settings);
+    let mut seconds = Seconds::of_setup(render.setup());
+    while render.passes() < passes && !render.is_finished() {
+        seconds = seconds.plus(&render.pass().phases, 1.0);
+    }
+    (seconds, render.picture())
+}
+
+/// What so many passes are going to take: the set-up as it is, and passes in proportion to their photons, from two small ones.
+///
+/// Radii shrink from pass to pass, so gathering turns out cheaper than predicted.
+pub fn predicted(scene: &Scene, settings: Settings, passes: u32) -> Seconds {
+    let photons = settings.photons;
+    let few = (photons / 64).clamp(FEWEST.min(photons), photons);
+    let more = few.saturating_mul(4).min(photons);
+    let probe = |photons| {
+        let mut render = Render::new(scene, Settings { photons, ..settings });
+        // Light from areas is sampled from the second pass on.
+        let first = render.pass().phases;
+        let second = render.pass().phases;
+        let phases = PhaseSeconds { direct: second.direct, ..first };
+        (*render.setup(), phases, render.is_finished())
+    };
+    let ((_, a, _), (setup, b, is_finished)) = (probe(few), probe(more));
+    let seconds = Seconds::of_setup(&setup);
+    if is_finished || passes == 0 {
+        return seconds;
+    }
+    let line = |a: f64, b: f64| extrapolated([(few, a), (more, b)], photons);
+    let phases = PhaseSeconds { trace: line(a.trace, b.trace), gather: line(a.gather, b.gather), ..b };
+    let seconds = seconds.plus(&phases, f64::from(passes));
+    Seconds { direct_light: seconds.direct_light - b.direct, ..seconds }
+}
+
+/// Photons of the smaller probe: fewer would tell of threads that start up.
+const FEWEST: u64 = 4096;
+
+/// On the line through two measurements, or through the larger one and the origin where they are alike or the wrong way
+/// round.
+fn extrapolated([(few, a), (more, b)]: [(u64, f64); 2], photons: u64) -> f64 {
+    let [few, more, photons] = [few, more, photons].map(|n| n as f64);
+    let slope = if more > few && b > a { (b - a) / (more - few) } else { 0.0 };
+    b + slope.min(b / more) * (photons - more)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn extrapolation_follows_the_line_and_never_falls() {
+        let at = |measurements, photons| extrapolated(measurements, photons);
+        assert!((at([(10, 1.2), (40, 1.8)], 100) - 3.0).abs() < 1e-12, "1 + 0.02 n");
+        assert_eq!(at([(10, 2.0), (40, 1.8)], 100), 1.8, "the wrong way round");
+        assert_eq!(at([(7, 1.0), (7, 1.0)], 7), 1.0);
+        assert_eq!(at([(10, 0.0), (40, 4.0)], 100), 10.0, "no more than in proportion");
+    }
+
+    #[test]
+    fn a_pass_more_adds_its_phases() {
+        let phases = PhaseSeconds { direct: 1.0, trace: 2.0, gather: 3.0, errors: 4.0 };
+        let seconds = Seconds { eye_paths: 10.0, ..Seconds::default() }.plus(&phases, 2.0);
+        assert_eq!((seconds.total(), seconds.gathering), (22.0, 6.0));
+        assert_eq!(seconds.by_name()[2], ("shadow rays", 2.0));
+    }
+}
