@@ -227,8 +227,10 @@ impl Groups {
     /// Joins the faces at an edge; whether the surface goes on there as a closed one does.
     fn join_along(&mut self, edge: &[Edge]) -> bool {
         let faces_alike = |other: &Edge| other.is_forward != edge[0].is_forward;
-        let joined = edge[1..].iter().map(|other| self.join(edge[0].face, other.face, !faces_alike(other)));
-        let is_consistent = joined.fold(true, |all, one| all && one);
+        let mut is_consistent = true;
+        for other in &edge[1..] {
+            is_consistent &= self.join(edge[0].face, other.face, !faces_alike(other));
+        }
         edge.len() == 2 && is_consistent
     }
 }
