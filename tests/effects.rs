@@ -199,6 +199,24 @@ fn json_holds_plan_seconds_and_what_each_effect_brings() {
     assert!(differences[0] == 0.0 && differences[1..].iter().all(|rmse| *rmse > 0.0), "{differences:?}");
 }
 
+/// The light is under the floor, which is open at its sides.
+#[test]
+fn a_render_says_once_that_no_photon_is_seen() {
+    let folder = tempfile::tempdir().unwrap();
+    let (scene, picture) = (folder.path().join("away.toml"), folder.path().join("away.exr"));
+    let text = "[film]\nwidth = 8\nheight = 8\n[camera]\nposition = [0, 1, 0]\nlook_at = [0, 0, 0.1]\nfov = 40\n\
+        [render]\nphotons = 200\n[material.grey]\ndiffuse = { albedo = [0.5, 0.5, 0.5] }\n\
+        [[point_light]]\nposition = [0, -5, 0]\nintensity = [1, 1, 1]\n\
+        [[quad]]\ncorners = [[-9, 0, -9], [-9, 0, 9], [9, 0, 9], [9, 0, -9]]\nmaterial = \"grey\"\n";
+    std::fs::write(&scene, text).unwrap();
+    let mut command = Command::cargo_bin("caustica").unwrap();
+    let output =
+        command.arg("render").arg(&scene).arg("-o").arg(&picture).args(["--passes", "20"]).output().unwrap();
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success() && picture.exists(), "{errors}");
+    assert_eq!(errors.matches("none of 1600 photons in 8 passes fell on anything").count(), 1, "{errors}");
+}
+
 #[test]
 fn only_what_is_asked_for_is_explained_as_on() {
     let scene = data_scene("course_diffuse.toml");

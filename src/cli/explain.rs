@@ -15,15 +15,14 @@ use crate::scene::{Scene, SceneDesc};
 /// Says what a render of a scene simulates, because of what, and what that costs.
 pub fn run(args: &ExplainArgs) -> Result<Outcome, CliError> {
     let mut desc = load(&args.scene, args.access)?;
-    desc.film = args.size.unwrap_or(desc.film);
+    desc.film = args.size.map_or(desc.film, |size| desc.film.resized(size));
     let settings = settings(args, &desc);
     memory::check_render(&desc.film, &settings)?;
     use_threads(args.threads)?;
     let traversal = args.traversal.into();
     let scene = Scene::with_traversal(desc.clone(), traversal)?;
-    let plan = Plan::of(&scene, settings.transport);
     let passes = args.measure.or(args.passes).unwrap_or(desc.render.passes);
-    let predicted = predicted(&scene, settings, passes);
+    let (predicted, plan) = predicted(&scene, settings, passes);
     let measured = args.measure.map(|passes| measured(&scene, settings, passes));
     let ablation = match args.ablate {
         true => ablate(&desc, traversal, settings, passes, &plan)?,

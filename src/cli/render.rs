@@ -7,7 +7,7 @@ use super::outputs::Outputs;
 use super::progress::{Budget, Progress};
 use super::{load, memory, use_threads};
 use crate::checkpoint::Checkpoint;
-use crate::effects::EyePaths;
+use crate::effects::{EyePaths, Unseen};
 use crate::ppm::{ErrorEstimates, Planning, Render, Settings};
 use crate::scene::{Scene, SceneDesc};
 
@@ -33,7 +33,8 @@ pub fn run(args: &RenderArgs) -> Result<Outcome, CliError> {
     let render = Render::new(&scene, settings);
     announce(args, &render);
     let errors = ErrorWatch::new(args.target_error, args.confidence, &settings);
-    let mut session = Session { render, errors, progress, outputs, checkpoints };
+    let unseen = Unseen::default();
+    let mut session = Session { render, errors, unseen, progress, outputs, checkpoints };
     if let Some(checkpoint) = resumed {
         session.resume(checkpoint)?;
     }
@@ -48,6 +49,7 @@ pub fn run(args: &RenderArgs) -> Result<Outcome, CliError> {
 struct Session<'s> {
     render: Render<'s>,
     errors: ErrorWatch,
+    unseen: Unseen,
     progress: Progress,
     outputs: Outputs,
     checkpoints: Option<Checkpoints>,
@@ -83,6 +85,11 @@ impl Session<'_> {
         let seconds = self.progress.seconds();
         let error = self.errors.after_pass(&self.render, seconds);
         self.outputs.after_pass(&self.render, &pass, error, seconds)?;
+        if self.render.plan().photons
+            && let Some(words) = self.unseen.after_pass(pass.photons.emitted, pass.gathered)
+        {
+            note!("warning: {words}");
+        }
         let speed = format!("{:.0} photons/s", self.render.settings().photons as f64 / pass.seconds);
         self.progress.step(format!("{} {speed}", self.errors.message(seconds)));
         Ok(())

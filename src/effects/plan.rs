@@ -81,6 +81,9 @@ pub struct Plan {
     pub dropped_lights: Vec<DroppedLight>,
     /// Every decision with its reason.
     pub decisions: Vec<Decision>,
+    /// The numbers of all dropped lights, increasing.
+    #[serde(skip)]
+    dropped_numbers: Vec<u32>,
 }
 
 impl Plan {
@@ -119,7 +122,20 @@ impl Plan {
         let retraced = decide(RETRACING, rules::retracing(facts));
         let eye_paths = if retraced { EyePaths::Retraced } else { EyePaths::Fixed };
         let casters = rules::casters(facts).is_ok();
-        Plan { classes, eye_paths, photons, refraction, casters, can_aim, dropped_lights, decisions }
+        let mut dropped_numbers: Vec<u32> =
+            dropped_lights.iter().flat_map(|dropped| dropped.numbers.iter().copied()).collect();
+        dropped_numbers.sort_unstable();
+        Plan {
+            classes,
+            eye_paths,
+            photons,
+            refraction,
+            casters,
+            can_aim,
+            dropped_lights,
+            decisions,
+            dropped_numbers,
+        }
     }
 
     /// Whether an effect is simulated.
@@ -129,7 +145,7 @@ impl Plan {
 
     /// Whether a light is part of the render, by its number in the order of [`crate::light::Lights::iter`].
     pub fn keeps_light(&self, number: u32) -> bool {
-        !self.dropped_lights.iter().any(|dropped| dropped.numbers.binary_search(&number).is_ok())
+        self.dropped_numbers.binary_search(&number).is_err()
     }
 
     /// The same with eye paths as they were asked for, if they were.

@@ -462,7 +462,7 @@ mod tests {
             decision(&blind, "indirect light").1,
             "the eye paths found no surface that reflects diffusely"
         );
-        let retraced = Plan { eye_paths: EyePaths::Retraced, ..plan };
+        let retraced = plan.with_eye_paths(Some(EyePaths::Retraced));
         assert_eq!(retraced.clone().finish_if_blind(0), retraced);
     }
 

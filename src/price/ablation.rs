@@ -9,7 +9,7 @@ use crate::compare::Metrics;
 use crate::effects::{Effect, PathClass, Plan};
 use crate::math::Rgb;
 use crate::ppm::Settings;
-use crate::scene::{Scene, SceneDesc, Traversal, TraversalError};
+use crate::scene::{PixelFilter, Scene, SceneDesc, Traversal, TraversalError};
 
 /// What a render does without.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,32 +22,45 @@ pub enum LeftOut {
     Reflection,
     /// Refraction: its share is absorbed. Of an interface, what it mirrors head-on stays, in all directions.
     Transmission,
+    /// The lens: a pinhole sees.
+    Lens,
+    /// The filter: a pixel is the mean over its samples.
+    Filter,
 }
 
 impl LeftOut {
     /// What can be left out of a render by this plan, after nothing.
     fn all(plan: &Plan) -> Vec<LeftOut> {
         let paths = plan.classes.iter().map(LeftOut::Paths);
-        let reflection = plan.simulates(Effect::SpecularReflection).then_some(LeftOut::Reflection);
-        let transmission = plan.simulates(Effect::SpecularTransmission).then_some(LeftOut::Transmission);
-        [LeftOut::Nothing].into_iter().chain(paths).chain(reflection).chain(transmission).collect()
+        let effects = [
+            (Effect::SpecularReflection, LeftOut::Reflection),
+            (Effect::SpecularTransmission, LeftOut::Transmission),
+            (Effect::Lens, LeftOut::Lens),
+            (Effect::AreaFilter, LeftOut::Filter),
+        ];
+        let simulated = effects.into_iter().filter(|(effect, _)| plan.simulates(*effect));
+        [LeftOut::Nothing].into_iter().chain(paths).chain(simulated.map(|(_, left_out)| left_out)).collect()
     }
 
     fn without(self, settings: Settings) -> Settings {
         match self {
             LeftOut::Paths(class) => Settings { transport: settings.transport.without(class), ..settings },
-            LeftOut::Nothing | LeftOut::Reflection | LeftOut::Transmission => settings,
+            _ => settings,
         }
     }
 
     fn without_in(self, desc: &SceneDesc) -> SceneDesc {
-        let change: fn(Bsdf) -> Bsdf = match self {
-            LeftOut::Nothing | LeftOut::Paths(_) => |bsdf| bsdf,
-            LeftOut::Reflection => without_reflection,
-            LeftOut::Transmission => without_transmission,
-        };
         let mut desc = desc.clone();
-        desc.materials.iter_mut().for_each(|material| material.bsdf = change(material.bsdf));
+        let mut change = |change: fn(Bsdf) -> Bsdf| {
+            desc.materials.iter_mut().for_each(|material| material.bsdf = change(material.bsdf));
+        };
+        match self {
+            LeftOut::Nothing | LeftOut::Paths(_) => (),
+            LeftOut::Reflection => change(without_reflection),
+            LeftOut::Transmission => change(without_transmission),
+            LeftOut::Lens => desc.camera.lens_radius = 0.0,
+            LeftOut::Filter => desc.film.filter = PixelFilter::Points,
+        }
         desc
     }
 }
@@ -59,6 +72,8 @@ impl fmt::Display for LeftOut {
             LeftOut::Paths(class) => write!(f, "{class} light"),
             LeftOut::Reflection => f.write_str(Effect::SpecularReflection.name()),
             LeftOut::Transmission => f.write_str(Effect::SpecularTransmission.name()),
+            LeftOut::Lens => f.write_str(Effect::Lens.name()),
+            LeftOut::Filter => f.write_str(Effect::AreaFilter.name()),
         }
     }
 }

@@ -1,5 +1,6 @@
 use serde::Serialize;
 
+use crate::effects::Plan;
 use crate::film::Image;
 use crate::ppm::{PhaseSeconds, Render, Settings, SetupStatistics};
 use crate::scene::Scene;
@@ -7,10 +8,10 @@ use crate::scene::Scene;
 /// Seconds of a render, by what they are spent on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Seconds {
-    /// Tracing the eye paths.
+    /// Deriving the plan, and deciding how many photons are aimed.
+    pub planning: f64,
+    /// Tracing the eye paths and building trees over what they hit.
     pub eye_paths: f64,
-    /// Building the trees over what they hit.
-    pub trees: f64,
     /// Shadow rays.
     pub direct_light: f64,
     /// Tracing photons.
@@ -27,10 +28,10 @@ impl Seconds {
 
     /// Each with what people call it.
     pub fn by_name(&self) -> [(&'static str, f64); 5] {
-        let Seconds { eye_paths, trees, direct_light, photons, gathering } = *self;
+        let Seconds { planning, eye_paths, direct_light, photons, gathering } = *self;
         [
+            ("planning", planning),
             ("eye paths", eye_paths),
-            ("trees over hit points", trees),
             ("shadow rays", direct_light),
             ("tracing photons", photons),
             ("gathering photons", gathering),
@@ -38,21 +39,21 @@ impl Seconds {
     }
 
     fn of_setup(setup: &SetupStatistics) -> Seconds {
-        let SetupStatistics { eye_seconds, tree_seconds, direct_seconds, .. } = *setup;
         Seconds {
-            eye_paths: eye_seconds,
-            trees: tree_seconds,
-            direct_light: direct_seconds,
+            planning: setup.plan_seconds + setup.aim_seconds,
+            eye_paths: setup.eye_seconds + setup.tree_seconds,
+            direct_light: setup.direct_seconds,
             ..Seconds::default()
         }
     }
 
-    /// With `times` passes like this one more.
-    fn plus(self, phases: &PhaseSeconds, times: f64) -> Seconds {
+    /// With a pass more.
+    fn plus(self, phases: &PhaseSeconds) -> Seconds {
         Seconds {
-            direct_light: self.direct_light + times * phases.direct,
-            photons: self.photons + times * phases.trace,
-            gathering: self.gathering + times * phases.gather,
+            eye_paths: self.eye_paths + phases.eye,
+            direct_light: self.direct_light + phases.direct,
+            photons: self.photons + phases.trace,
+            gathering: self.gathering + phases.gather,
             ..self
         }
     }
@@ -68,35 +69,41 @@ pub(super) fn rendered(scene: &Scene, settings: Settings, passes: u32) -> (Secon
     let mut render = Render::new(scene, settings);
     let mut seconds = Seconds::of_setup(render.setup());
     while render.passes() < passes && !render.is_finished() {
-        seconds = seconds.plus(&render.pass().phases, 1.0);
+        seconds = seconds.plus(&render.pass().phases);
     }
     (seconds, render.picture())
 }
 
 /// What so many passes are going to take: the set-up as it is, and passes in proportion to their photons, from two small ones.
+/// With it the plan that they go by.
 ///
 /// Radii shrink from pass to pass, so gathering turns out cheaper than predicted.
-pub fn predicted(scene: &Scene, settings: Settings, passes: u32) -> Seconds {
+pub fn predicted(scene: &Scene, settings: Settings, passes: u32) -> (Seconds, Plan) {
     let photons = settings.photons;
     let few = (photons / 64).clamp(FEWEST.min(photons), photons);
     let more = few.saturating_mul(4).min(photons);
     let probe = |photons| {
         let mut render = Render::new(scene, Settings { photons, ..settings });
-        // Light from areas is sampled from the second pass on.
         let first = render.pass().phases;
-        let second = render.pass().phases;
-        let phases = PhaseSeconds { direct: second.direct, ..first };
-        (*render.setup(), phases, render.is_finished())
+        // Eye paths and lights are sampled anew from the second pass on.
+        let PhaseSeconds { eye, direct, .. } = render.pass().phases;
+        (PhaseSeconds { eye, direct, ..first }, render)
     };
-    let ((_, a, _), (setup, b, is_finished)) = (probe(few), probe(more));
-    let seconds = Seconds::of_setup(&setup);
-    if is_finished || passes == 0 {
-        return seconds;
+    let ((a, _), (b, render)) = (probe(few), probe(more));
+    let (seconds, plan) = (Seconds::of_setup(render.setup()), render.plan().clone());
+    if render.is_finished() || passes == 0 {
+        return (seconds, plan);
     }
     let line = |a: f64, b: f64| extrapolated([(few, a), (more, b)], photons);
-    let phases = PhaseSeconds { trace: line(a.trace, b.trace), gather: line(a.gather, b.gather), ..b };
-    let seconds = seconds.plus(&phases, f64::from(passes));
-    Seconds { direct_light: seconds.direct_light - b.direct, ..seconds }
+    let (all, later) = (f64::from(passes), f64::from(passes - 1));
+    let phases = PhaseSeconds {
+        eye: later * b.eye,
+        direct: later * b.direct,
+        trace: all * line(a.trace, b.trace),
+        gather: all * line(a.gather, b.gather),
+        errors: 0.0,
+    };
+    (seconds.plus(&phases), plan)
 }
 
 /// Photons of the smaller probe: fewer would tell of threads that start up.
@@ -125,9 +132,9 @@ mod tests {
 
     #[test]
     fn a_pass_more_adds_its_phases() {
-        let phases = PhaseSeconds { direct: 1.0, trace: 2.0, gather: 3.0, errors: 4.0 };
-        let seconds = Seconds { eye_paths: 10.0, ..Seconds::default() }.plus(&phases, 2.0);
-        assert_eq!((seconds.total(), seconds.gathering), (22.0, 6.0));
-        assert_eq!(seconds.by_name()[2], ("shadow rays", 2.0));
+        let phases = PhaseSeconds { eye: 0.5, direct: 1.0, trace: 2.0, gather: 3.0, errors: 4.0 };
+        let seconds = Seconds { planning: 10.0, ..Seconds::default() }.plus(&phases);
+        assert_eq!((seconds.total(), seconds.gathering), (16.5, 3.0));
+        assert_eq!(seconds.by_name()[1], ("eye paths", 0.5));
     }
 }

@@ -4,7 +4,6 @@ use clap::Args;
 
 use super::{AccessArgs, Traversal, count, size, threads};
 use crate::effects::PathClass;
-use crate::scene::FilmDesc;
 
 #[derive(Args, Debug)]
 #[command(after_help = "\
@@ -39,7 +38,7 @@ pub struct ExplainArgs {
     pub ablate: bool,
     /// Width and height of the picture in pixels [default: the scene's]
     #[arg(long, value_name = "WxH", value_parser = size)]
-    pub size: Option<FilmDesc>,
+    pub size: Option<(u32, u32)>,
     /// Who answers what rays hit
     #[arg(long, value_enum, default_value_t = Traversal::Embree)]
     pub traversal: Traversal,
