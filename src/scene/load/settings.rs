@@ -219,6 +219,14 @@ mod tests {
             ),
             ("position = [0, 0, 5]", "", "s.toml:1:1", "field `position` is missing"),
             ("look_at = [0, 0, 0]", "", "s.toml:1:1", "field `look_at` is missing"),
+        ] {
+            changed_fails_with(old, new, place, words);
+        }
+    }
+
+    #[test]
+    fn mistakes_in_the_lens_are_told() {
+        for (old, new, place, words) in [
             (
                 "fov = 40",
                 "fov = 40\nlens_radius = -1",
