@@ -8,7 +8,7 @@ use super::error_watch::ErrorRecord;
 use super::json_lines::JsonLines;
 use super::memory;
 use super::pictures::{PicturePath, default_output};
-use crate::effects::PathClass;
+use crate::effects::{PathClass, Plan};
 use crate::film::Image;
 use crate::output::{Display, ExrLayer, LayerChannels, Metadata, Value};
 use crate::ppm::{Layers, PassStatistics, Render, SetupStatistics};
@@ -44,6 +44,8 @@ struct PassRecord<'a> {
     error: Option<&'a ErrorRecord>,
     #[serde(skip_serializing_if = "Option::is_none")]
     setup: Option<&'a SetupStatistics>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    plan: Option<&'a Plan>,
 }
 
 impl Outputs {
@@ -87,13 +89,15 @@ impl Outputs {
         seconds: f64,
     ) -> Result<(), CliError> {
         if let Some(json) = &mut self.json {
+            let first = std::mem::take(&mut self.tells_setup);
             json.write(&PassRecord {
                 pass,
                 threads: self.threads,
                 seconds_in_all: seconds,
                 peak_memory_bytes: memory::peak_bytes(),
                 error,
-                setup: std::mem::take(&mut self.tells_setup).then(|| render.setup()),
+                setup: first.then(|| render.setup()),
+                plan: first.then(|| render.plan()),
             })?;
         }
         if let Some(folder) = &self.every_pass {
@@ -147,6 +151,7 @@ impl Outputs {
             .with("caustica:sampling", Value::Text(format!("{:?}", settings.sampling).to_lowercase()))
             .with("caustica:traversal", Value::Text(self.traversal.to_string()))
             .with("caustica:transport", Value::Text(render.plan().classes.to_string()))
+            .with("caustica:plan", Value::Text(render.plan().to_string()))
             .with("caustica:seed", Value::Text(settings.seed.to_string()))
             .with("caustica:eye_paths", Value::Text(render.eye_paths().to_string()))
             .with("caustica:eye_seed", Value::Text(settings.key_of_eye_paths().to_string()));
