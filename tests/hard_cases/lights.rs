@@ -8,7 +8,7 @@ use caustica::effects::PathClass;
 use caustica::film::Image;
 use caustica::light::{Light, Lights};
 use caustica::math::{DVec3, Rgb, Rng, Stream, Vec3};
-use caustica::ppm::{PassStatistics, Settings};
+use caustica::ppm::{PassStatistics, Planning, Settings};
 use caustica::scene::{Material, PointLightDesc, SceneDesc, SphereDesc};
 
 use super::rooms::{GLASS, GREY, by_both_traversals, dark, floor, lit_box, quad, rendered};
@@ -19,8 +19,12 @@ fn settings(desc: &SceneDesc) -> Settings {
 
 /// Pictures by both traversals, with the last pass of each.
 fn pictures(desc: &SceneDesc) -> [(Image, PassStatistics); 2] {
+    pictures_by(desc, settings(desc))
+}
+
+fn pictures_by(desc: &SceneDesc, settings: Settings) -> [(Image, PassStatistics); 2] {
     by_both_traversals(desc).map(|scene| {
-        let (render, mut passes) = rendered(&scene, settings(desc));
+        let (render, mut passes) = rendered(&scene, settings);
         (render.picture(), passes.pop().unwrap())
     })
 }
@@ -216,7 +220,9 @@ fn light_outside_a_closed_room_leaves_it_black() {
     desc.point_lights = vec![point_light(Vec3::new(0.0, 2.0, 0.0))];
     desc.camera.look_at = Vec3::Y;
     desc.camera.position = Vec3::new(0.0, 0.0, 0.3);
-    for (picture, pass) in pictures(&desc) {
+    // A plan would leave the light out.
+    let settings = Settings { planning: Planning::Everything, ..settings(&desc) };
+    for (picture, pass) in pictures_by(&desc, settings) {
         assert!(is_black(&picture) && pass.gathered == 0);
         assert!(pass.rejected_by_side > 100 && pass.photons.deposited > 100, "{pass:?}");
     }
