@@ -26,8 +26,8 @@ impl Cone {
         let to = ball.center.as_dvec3() - from.as_dvec3();
         let distance = to.length();
         let sin = f64::from(ball.radius) / distance + MARGIN;
-        // Not `sin >= 1`: neither is a point in the middle outside.
-        if !(sin < 1.0) {
+        // 0/0 where the ball is a point that is met exactly.
+        if sin >= 1.0 || sin.is_nan() {
             return None;
         }
         let sin2 = sin * sin;
