@@ -1,4 +1,5 @@
 //! Direct light, caustics and indirect light: apart and together.
+#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
 
 mod common;
 
