@@ -13,7 +13,8 @@ import sys
 from count_instructions import count, program
 
 KERNELS = ("eye", "photons", "pass")
-WITHOUT = ("--features", "lambertian-only")
+# In a folder of its own: the program itself is built as well, and must not take the place of the whole one.
+WITHOUT = ("--features", "lambertian-only", "--target-dir", "target/lambertian-only")
 
 
 def nanoseconds(path, kernel):

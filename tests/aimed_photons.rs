@@ -5,7 +5,9 @@ use std::fs;
 
 use caustica::effects::PathClass;
 use caustica::math::mean;
-use caustica::ppm::{Aiming, Ledger, Mixture, PhotonBudget, PhotonPass, RadiusPolicy, Render, Settings};
+use caustica::ppm::{
+    Aiming, Kinds, Ledger, Mixture, PhotonBudget, PhotonPass, RadiusPolicy, Render, Settings,
+};
 use caustica::scene::{self, Scene};
 
 mod common;
@@ -87,12 +89,12 @@ fn estimate(values: &[f64]) -> (f64, f64) {
 /// The mean brightness of a layer in renders of some passes.
 fn brightness(scene: &Scene, settings: Settings, class: PathClass, renders: u64) -> Vec<f64> {
     let one = |seed| {
-        let mut render = Render::new(scene, Settings { seed, ..settings });
+        let mut render = Render::new(scene, Settings { seed, kinds: Kinds::Apart, ..settings });
         for _ in 0..2 {
             let pass = render.pass();
             assert!(pass.photons.is_balanced() && pass.aimed_photons.is_balanced(), "{pass:?}");
         }
-        let layer = render.layer(class);
+        let layer = render.layer(class).unwrap();
         layer.pixels().iter().map(|&pixel| f64::from(mean(pixel))).sum::<f64>()
     };
     (0..renders).map(one).collect()

@@ -7,7 +7,7 @@ use assert_cmd::Command;
 use caustica::bsdf::Bsdf;
 use caustica::effects::{PathClass, PathClasses};
 use caustica::math::{Rgb, Vec3};
-use caustica::ppm::{PassStatistics, Planning, Render, Settings};
+use caustica::ppm::{Kinds, PassStatistics, Planning, Render, Settings};
 use caustica::scene::{
     CameraDesc, FilmDesc, Material, Mesh, Places, PointLightDesc, RenderDesc, Scene, SceneDesc, SphereDesc,
 };
@@ -79,7 +79,7 @@ fn glass_out_of_reach_costs_nothing() {
     assert_eq!(with.setup().eye_rays, without.setup().eye_rays);
     assert!(with.setup().aim.is_none(), "nothing is aimed at it");
     for (a, b) in its.iter().zip(&theirs) {
-        assert!(a.photons == b.photons && a.classes == b.classes);
+        assert!(a.photons == b.photons && a.collectors == b.collectors);
     }
     assert!(with.picture() == without.picture());
 }
@@ -115,10 +115,11 @@ fn lamps_that_are_shut_off_are_left_out() {
 fn lamps_that_are_shut_off_bring_no_light() {
     let scene = scene(&with_case(lamp));
     let mean = |planning| {
-        let settings = Settings { planning, photons: 200_000, ..Settings::of_scene(scene.render()) };
+        let kinds = Kinds::Apart;
+        let settings = Settings { planning, kinds, photons: 200_000, ..Settings::of_scene(scene.render()) };
         let mut render = Render::new(&scene, settings);
         (0..5).for_each(|_| _ = render.pass());
-        let light = render.layer(PathClass::Indirect);
+        let light = render.layer(PathClass::Indirect).unwrap();
         light.pixels().iter().map(|p| f64::from(p.x)).sum::<f64>() / light.pixels().len() as f64
     };
     let (planned, everything) = (mean(Planning::Derived), mean(Planning::Everything));
@@ -149,7 +150,7 @@ fn direct_light_alone_needs_no_photons() {
     let transport: PathClasses = [PathClass::Direct].into_iter().collect();
     let direct = Render::new(&scene, Settings { transport, ..all });
     assert!(direct.is_finished() && direct.states(PathClass::Indirect).is_empty());
-    assert!(direct.picture() == Render::new(&scene, all).layer(PathClass::Direct));
+    assert!(direct.picture() == Render::new(&scene, all).direct_picture());
 }
 
 const HALL: &str = "

@@ -59,7 +59,7 @@ fn brings_light(scene: &Scene, class: PathClass) -> bool {
         ..Settings::of_scene(scene.render())
     };
     if class == PathClass::Direct {
-        let picture = Render::new(scene, settings).layer(class);
+        let picture = Render::new(scene, settings).direct_picture();
         return picture.pixels().iter().any(|pixel| *pixel != Rgb::ZERO);
     }
     let mut pass = PhotonPass::default();

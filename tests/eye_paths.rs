@@ -178,7 +178,7 @@ fn no_thread_changes_a_bit_of_retraced_paths() {
             let mut render = Render::new(&scene, settings);
             (0..4).for_each(|_| drop(render.pass()));
             let states = [PathClass::Caustic, PathClass::Indirect].map(|class| render.states(class));
-            (states, render.picture(), render.layer(PathClass::Direct))
+            (states, render.picture(), render.direct_picture())
         })
     };
     let one = rendered(1);

@@ -5,7 +5,6 @@ mod common;
 
 use std::f64::consts::PI;
 
-use caustica::effects::PathClass;
 use caustica::film::Image;
 use caustica::ppm::{Render, Settings};
 use caustica::reference::{Estimator, Method};
@@ -100,7 +99,7 @@ fn an_edge_is_as_blurred_as_lens_and_filter_say() {
             let scene = Scene::new(desc(&half_plane("lamp", depth), filter, radius)).unwrap();
             let disc = f64::from(radius * (1.0 / depth - 1.0 / FOCUS).abs()) * 16.0;
             let path = columns(&estimated(&scene, Method::Path, 4000).0);
-            let eye = columns(&Render::new(&scene, settings(&scene)).layer(PathClass::Direct));
+            let eye = columns(&Render::new(&scene, settings(&scene)).direct_picture());
             for x in 0..WIDTH {
                 let expected = coverage(x as f64 + 0.5 - 8.0, filter, disc);
                 let what = format!("{filter}, lens {radius}, depth {depth}, column {x}: {expected}");

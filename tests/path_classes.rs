@@ -6,7 +6,7 @@ mod common;
 use caustica::effects::{PathClass, PathClasses};
 use caustica::film::Image;
 use caustica::math::{Rgb, mean};
-use caustica::ppm::{Aiming, Planning, Render, Settings};
+use caustica::ppm::{Aiming, Kinds, Planning, Render, Settings};
 use caustica::scene::Scene;
 use common::{scene_at, settings};
 
@@ -19,7 +19,8 @@ fn scenes() -> impl Iterator<Item = Scene> {
 
 fn rendered<'s>(scene: &'s Scene, transport: PathClasses, planning: Planning) -> Render<'s> {
     let caustic_photons = Aiming::Photons(0);
-    let settings = Settings { transport, planning, caustic_photons, photons: 20_000, ..settings(scene) };
+    let (kinds, photons) = (Kinds::Apart, 20_000);
+    let settings = Settings { transport, kinds, planning, caustic_photons, photons, ..settings(scene) };
     let mut render = Render::new(scene, settings);
     (0..3).for_each(|_| assert!(render.pass().photons.is_balanced()));
     render
@@ -38,7 +39,7 @@ fn total(image: &Image) -> f64 {
 fn layers_add_up_to_the_picture() {
     for scene in scenes() {
         let render = rendered(&scene, PathClasses::ALL, Planning::Derived);
-        let layers = PathClass::ALL.map(|class| render.layer(class));
+        let layers = PathClass::ALL.map(|class| render.layer(class).unwrap());
         for (k, pixel) in render.picture().pixels().iter().enumerate() {
             let sum: Rgb = layers.iter().map(|layer| layer.pixels()[k]).sum();
             assert_eq!(sum, *pixel);
@@ -54,7 +55,7 @@ fn kinds_do_not_know_of_each_other() {
         let all = rendered(&scene, PathClasses::ALL, Planning::Derived);
         for class in PathClass::ALL {
             let alone = rendered(&scene, only(class), Planning::Derived);
-            assert!(alone.picture() == all.layer(class), "{class}");
+            assert!(alone.picture() == all.layer(class).unwrap(), "{class}");
             assert!(alone.states(class) == all.states(class), "{class}");
         }
     }
@@ -64,7 +65,7 @@ fn kinds_do_not_know_of_each_other() {
 fn glass_and_water_make_caustics_and_walls_do_not() {
     let caustic = |scene: &Scene| {
         let render = rendered(scene, PathClasses::ALL, Planning::Everything);
-        total(&render.layer(PathClass::Caustic)) / total(&render.picture())
+        total(&render.layer(PathClass::Caustic).unwrap()) / total(&render.picture())
     };
     let [glass, water, walls] = SCENES.map(|name| caustic(&scene_at(name, 48, 40)));
     assert!(glass > 0.005 && water > 0.05 && walls == 0.0, "{glass} {water} {walls}");
@@ -77,5 +78,24 @@ fn plans_leave_out_nothing_that_is_seen() {
         let planned = rendered(&scene, PathClasses::ALL, Planning::Derived);
         let everything = rendered(&scene, PathClasses::ALL, Planning::Everything);
         assert!(planned.picture() == everything.picture());
+    }
+}
+
+/// Together they share radii, apart they do not: the same light, with other noise.
+#[test]
+fn together_and_apart_are_the_same_light() {
+    for scene in scenes() {
+        let brightness = |kinds| {
+            let settings = Settings { kinds, photons: 100_000, ..settings(&scene) };
+            let mut render = Render::new(&scene, settings);
+            (0..5).for_each(|_| drop(render.pass()));
+            assert_eq!(
+                render.layer(PathClass::Caustic).is_some(),
+                kinds == Kinds::Apart || !scene.any_specular()
+            );
+            total(&render.picture())
+        };
+        let (together, apart) = (brightness(Kinds::Together), brightness(Kinds::Apart));
+        assert!((apart / together - 1.0).abs() < 0.01, "{apart} and {together}");
     }
 }

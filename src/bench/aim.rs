@@ -7,7 +7,7 @@ use super::machine::Machine;
 use super::timing::{Spread, interleaved};
 use crate::effects::PathClass;
 use crate::math::{Rgb, mean};
-use crate::ppm::{Aiming, RadiusPolicy, Render, Settings};
+use crate::ppm::{Aiming, Kinds, RadiusPolicy, Render, Settings};
 use crate::report::{Cell, Page, Table};
 use crate::scene::Scene;
 
@@ -119,6 +119,11 @@ struct Sample {
     picture: f64,
 }
 
+/// Of a render that keeps them apart; nothing of another.
+fn caustics(render: &Render) -> Vec<Rgb> {
+    render.layer(PathClass::Caustic).map_or_else(Vec::new, |layer| layer.pixels().to_vec())
+}
+
 /// What runs are held against.
 struct Reference {
     /// Those in the caustic.
@@ -131,9 +136,10 @@ impl Reference {
     /// Aims half of its photons, whatever a trial would say.
     fn new(scene: &Scene, settings: &Settings, passes: u32) -> Reference {
         let caustic_photons = Aiming::Photons(settings.photons / 2);
-        let mut render = Render::new(scene, Settings { caustic_photons, ..*settings });
+        let kinds = Kinds::Apart;
+        let mut render = Render::new(scene, Settings { caustic_photons, kinds, ..*settings });
         (0..passes).for_each(|_| drop(render.pass()));
-        let caustic = render.layer(PathClass::Caustic).pixels().to_vec();
+        let caustic = caustics(&render);
         let brightest = caustic.iter().copied().map(mean).fold(0.0, f32::max);
         let is_in = |&pixel: &usize| mean(caustic[pixel]) > IN_THE_CAUSTIC * brightest;
         let pixels = (0..caustic.len()).filter(is_in).collect();
@@ -141,14 +147,14 @@ impl Reference {
     }
 
     fn sample(&self, scene: &Scene, render: Settings, settings: &AimSettings) -> Sample {
-        let mut render = Render::new(scene, render);
+        let mut render = Render::new(scene, Settings { kinds: Kinds::Apart, ..render });
         let seconds = (0..settings.passes).map(|_| render.pass().seconds).sum();
         let setup = render.setup();
         Sample {
             aimed: setup.aim.map_or(0, |aim| aim.budget.aimed),
             seconds,
             trial_seconds: setup.aim_seconds,
-            caustic: self.error(&self.caustic, render.layer(PathClass::Caustic).pixels()),
+            caustic: self.error(&self.caustic, &caustics(&render)),
             picture: self.error(&self.picture, render.picture().pixels()),
         }
     }

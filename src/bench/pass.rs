@@ -340,9 +340,8 @@ mod tests {
             assert_eq!(report.photons_per_second, 2000.0 / report.seconds_per_pass);
             assert_eq!(report.radius, 20.0);
             assert!(report.rays >= 2000.0 && report.overlaps > 0.0);
-            // One for caustics, one for indirect light.
-            let bytes = report.bytes_per_hit_point / 2.0 - size_of::<GatherState>() as f64;
-            assert!((16.0..64.0).contains(&bytes), "a tree takes {bytes} bytes a hit point");
+            let bytes = report.bytes_per_hit_point - size_of::<GatherState>() as f64;
+            assert!((16.0..64.0).contains(&bytes), "the tree takes {bytes} bytes a hit point");
             assert_eq!(report.phases.eye > 0.0 && report.phases.tree > 0.0, retrace);
         }
     }

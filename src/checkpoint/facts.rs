@@ -80,6 +80,7 @@ impl Facts {
             eye_paths,
             error_estimates,
             transport,
+            kinds,
             caustic_photons,
             planning,
         } = *settings;
@@ -102,6 +103,7 @@ impl Facts {
         );
         self.add("error estimates", lower_case(error_estimates));
         self.add("transport", transport);
+        self.add("kinds of light", lower_case(kinds));
         self.add("caustic photons", caustic_photons);
         self.add("planning", lower_case(planning));
     }

@@ -117,12 +117,16 @@ pub struct RenderArgs {
     /// How sure to be of errors: of the target, and of the bounds of --layers
     #[arg(long, allow_negative_numbers = true, value_name = "C", default_value = "90%", value_parser = |s: &str| share(s, 0.01..=0.999))]
     pub confidence: f64,
-    /// Add layers to the EXR: direct, caustic, indirect; stderr, bias, bound, photons, radius
+    /// Add layers to the EXR: stderr, bias, bound, photons, radius
     #[arg(long, conflicts_with = "no_error_estimates")]
     pub layers: bool,
     /// Kinds of light to simulate, separated by commas; direct light holds the lamps that are seen
     #[arg(long, value_name = "KINDS", value_delimiter = ',', default_value = "direct,caustic,indirect")]
     pub transport: Vec<PathClass>,
+    /// Keep caustics and indirect light apart, each with radii and statistics of its own, and add direct, caustic and indirect as
+    /// layers to the EXR, which add up to the picture
+    #[arg(long)]
+    pub apart: bool,
     /// Simulate what was asked for even where it provably brings no light: to check the plan, which `caustica explain` shows
     #[arg(long)]
     pub no_plan: bool,

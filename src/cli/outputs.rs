@@ -11,7 +11,7 @@ use super::pictures::{PicturePath, default_output};
 use crate::effects::{PathClass, Plan};
 use crate::film::Image;
 use crate::output::{Display, ExrLayer, LayerChannels, Metadata, Value};
-use crate::ppm::{Layers, PassStatistics, Render, SetupStatistics};
+use crate::ppm::{Kinds, Layers, PassStatistics, Render, SetupStatistics};
 use crate::scene::{SceneDesc, Traversal};
 
 /// Everything that the render writes; all paths are checked before it begins.
@@ -115,13 +115,13 @@ impl Outputs {
 
     pub fn write(&self, render: &Render, seconds: f64) -> Result<(), CliError> {
         let metadata = self.metadata(render, seconds);
-        let light = if self.layers.is_some() { light_layers(render) } else { Vec::new() };
+        let light = light_layers(render);
         let errors = self.layers.and_then(|confidence| render.accuracy(confidence)?.layers());
         let mut layers: Vec<ExrLayer> = light.iter().map(|(class, image)| of_class(*class, image)).collect();
         layers.extend(errors.as_ref().map(named).unwrap_or_default());
         self.picture.write_layers(&render.picture(), &layers, &metadata, &self.display)?;
         if let Some(direct) = &self.direct {
-            direct.write(&render.layer(PathClass::Direct), &metadata, &self.display)?;
+            direct.write(&render.direct_picture(), &metadata, &self.display)?;
         }
         note!(
             "{} passes in {seconds:.1} s: {} and {}",
@@ -163,8 +163,14 @@ impl Outputs {
     }
 }
 
+/// Where kinds are kept apart.
 fn light_layers(render: &Render) -> Vec<(PathClass, Image)> {
-    PathClass::ALL.into_iter().map(|class| (class, render.layer(class))).collect()
+    match render.settings().kinds {
+        Kinds::Together => Vec::new(),
+        Kinds::Apart => {
+            PathClass::ALL.into_iter().filter_map(|class| Some((class, render.layer(class)?))).collect()
+        }
+    }
 }
 
 fn of_class(class: PathClass, image: &Image) -> ExrLayer<'_> {

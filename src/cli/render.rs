@@ -8,7 +8,7 @@ use super::progress::{Budget, Progress};
 use super::{load, memory, use_threads};
 use crate::checkpoint::Checkpoint;
 use crate::effects::{EyePaths, Unseen};
-use crate::ppm::{ErrorEstimates, Planning, Render, Settings};
+use crate::ppm::{ErrorEstimates, Kinds, Planning, Render, Settings};
 use crate::scene::{Scene, SceneDesc};
 
 /// Renders a scene by photon mapping: passes until the budget is spent or the target reached, then the picture.
@@ -179,6 +179,7 @@ fn settings(args: &RenderArgs, desc: &SceneDesc) -> Settings {
         eye_paths: args.eye_paths.into(),
         error_estimates: error_estimates(args),
         transport: args.transport.iter().copied().collect(),
+        kinds: if args.apart { Kinds::Apart } else { Kinds::Together },
         planning: if args.no_plan { Planning::Everything } else { Planning::Derived },
     }
 }

@@ -1,7 +1,6 @@
 //! A scene under examination, and what a small trial render of it found.
 
 use super::bodies::{Body, bodies};
-use crate::effects::PathClass;
 use crate::math::mean;
 use crate::ppm::{
     HitPoint, PassStatistics, Planning, Render, Settings, SetupStatistics, automatic_radius, camera_pass,
@@ -74,10 +73,6 @@ fn try_out(scene: &Scene, asked: Settings, pixel_ratio: f64) -> Trial {
         setup: *render.setup(),
         hit_points: render.hit_points().to_vec(),
         pass,
-        has_direct_light: render
-            .layer(PathClass::Direct)
-            .pixels()
-            .iter()
-            .any(|&radiance| mean(radiance) > 0.0),
+        has_direct_light: render.direct_picture().pixels().iter().any(|&radiance| mean(radiance) > 0.0),
     }
 }

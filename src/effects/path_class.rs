@@ -1,7 +1,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use serde::{Deserialize, Serialize, Serializer};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// The kinds of paths between a light and the eye, told apart by what lies between the light and the receiver that the
 /// eye sees, directly or through specular events. In Heckbert's letters, with `D` that receiver:
@@ -92,9 +92,15 @@ impl PathClasses {
     }
 }
 
+impl<'de> Deserialize<'de> for PathClasses {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<PathClasses, D::Error> {
+        Ok(Vec::<PathClass>::deserialize(deserializer)?.into_iter().collect())
+    }
+}
+
 impl Serialize for PathClasses {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_seq(self.iter().map(PathClass::name))
+        serializer.collect_seq(self.iter().collect::<Vec<_>>())
     }
 }
 

@@ -1,13 +1,13 @@
-//! Photons of one kind of path, gathered with radii of their own.
+//! Photons of some kinds of paths, gathered with radii of their own.
 
 use super::gather_by_pixel::gather_by_pixel;
 use super::pixel_lists::PixelLists;
 use super::radius_floor::RadiusFloor;
 use super::statistic::Statistics;
-use super::statistics::{ClassStatistics, RadiusRange};
+use super::statistics::{CollectorStatistics, RadiusRange};
 use super::{EyePaths, Facets, Found, GatherState, HitPoint, Photons, Settings, gather};
 use crate::bvh::SphereBvh;
-use crate::effects::PathClass;
+use crate::effects::PathClasses;
 
 /// Whose the statistics are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,10 +43,10 @@ impl Keeper {
     }
 }
 
-/// The statistics of one kind of path, and the tree over the spheres that they gather from.
+/// The statistics of some kinds of paths, and the tree over the spheres that they gather from.
 #[derive(Clone, Debug)]
 pub(super) struct Collector {
-    pub class: PathClass,
+    pub classes: PathClasses,
     pub tree: SphereBvh,
     pub states: Statistics,
     pub keeper: Keeper,
@@ -65,7 +65,7 @@ pub(super) struct View<'a> {
 impl Collector {
     /// With discs of one radius, none below its floor, kept by so many hit points or pixels.
     pub fn new(
-        class: PathClass,
+        classes: PathClasses,
         tree: SphereBvh,
         hit_points: &[HitPoint],
         (keeper, count): (Keeper, usize),
@@ -74,7 +74,7 @@ impl Collector {
     ) -> Collector {
         let states = Statistics::new(count, radius, settings.policy, settings.precision);
         let radius_floor = RadiusFloor::of(hit_points);
-        let mut collector = Collector { class, tree, states, keeper, radius_floor };
+        let mut collector = Collector { classes, tree, states, keeper, radius_floor };
         collector.raise(hit_points);
         collector
     }
@@ -121,9 +121,9 @@ impl Collector {
         self.states.get(index)
     }
 
-    pub fn statistics(&self, found: Found, radius: RadiusRange) -> ClassStatistics {
-        ClassStatistics {
-            class: self.class,
+    pub fn statistics(&self, found: Found, radius: RadiusRange) -> CollectorStatistics {
+        CollectorStatistics {
+            kinds: self.classes,
             gathered: found.accepted,
             rejected_by_side: found.rejected,
             radius,

@@ -1,6 +1,7 @@
 //! From statistics to a picture: `L = emitted + Σ weight · albedo / π · (E_direct + τ / (π R² N_emitted))`.
 
 use std::f64::consts::PI;
+use std::iter;
 
 use rayon::prelude::*;
 
@@ -13,32 +14,44 @@ use crate::math::{DVec3, Rgb};
 
 pub(super) fn picture(render: &Render) -> Image {
     image(render, |pixel| {
-        let layers = render.plan.classes.iter().map(|class| class_radiance(render, class, pixel).as_vec3());
-        layers.sum::<Rgb>().as_dvec3()
+        let by_photons = render.collectors.iter().map(|collector| from_photons(render, collector, pixel));
+        let layers = iter::once(direct(render, pixel)).chain(by_photons);
+        layers.map(DVec3::as_vec3).sum::<Rgb>().as_dvec3()
     })
 }
 
-pub(super) fn layer(render: &Render, class: PathClass) -> Image {
-    image(render, |pixel| class_radiance(render, class, pixel))
+pub(super) fn direct_picture(render: &Render) -> Image {
+    image(render, |pixel| direct(render, pixel))
 }
 
-/// The radiance of a pixel by one kind of path; zero by those that are not simulated.
-fn class_radiance(render: &Render, class: PathClass, pixel: usize) -> DVec3 {
-    match class {
-        _ if !render.plan.classes.contains(class) => DVec3::ZERO,
-        PathClass::Direct => render.direct.radiance(render.pixel_lists(), pixel),
-        PathClass::Caustic | PathClass::Indirect => {
-            render.collector(class).map_or(DVec3::ZERO, |collector| {
-                let irradiance = |p| collector.state(p).irradiance(render.emitted_photons);
-                render.pixel_lists().reflected(pixel, irradiance)
-            })
-        }
+pub(super) fn layer(render: &Render, class: PathClass) -> Option<Image> {
+    if class == PathClass::Direct {
+        return Some(direct_picture(render));
     }
+    match render.collector(class) {
+        Some(collector) if collector.classes.iter().count() > 1 => None,
+        Some(collector) => Some(image(render, |pixel| from_photons(render, collector, pixel))),
+        None => Some(image(render, |_| DVec3::ZERO)),
+    }
+}
+
+/// The radiance of a pixel by direct light; zero if that is not simulated.
+fn direct(render: &Render, pixel: usize) -> DVec3 {
+    match render.plan.classes.contains(PathClass::Direct) {
+        true => render.direct.radiance(render.pixel_lists(), pixel),
+        false => DVec3::ZERO,
+    }
+}
+
+/// The radiance of a pixel by the photons of one collector.
+fn from_photons(render: &Render, collector: &Collector, pixel: usize) -> DVec3 {
+    render.pixel_lists().reflected(pixel, |p| collector.state(p).irradiance(render.emitted_photons))
 }
 
 /// The radiance of a pixel, of all light found so far.
 pub(super) fn radiance(render: &Render, pixel: usize) -> DVec3 {
-    render.plan.classes.iter().map(|class| class_radiance(render, class, pixel)).sum()
+    let by_photons = render.collectors.iter().map(|collector| from_photons(render, collector, pixel));
+    direct(render, pixel) + by_photons.sum::<DVec3>()
 }
 
 /// The part of [`radiance`] that changes from pass to pass.
@@ -51,6 +64,7 @@ pub(super) fn noisy_radiance(render: &Render, pixel: usize) -> DVec3 {
     let photons = |p| render.collectors.iter().map(|collector| from(collector, p)).sum::<DVec3>();
     let lists = render.pixel_lists();
     match &render.direct {
+        _ if !render.plan.classes.contains(PathClass::Direct) => lists.reflected(pixel, photons),
         DirectLight::Retraced { light, .. } => light.radiance(pixel) + lists.reflected(pixel, photons),
         DirectLight::Fixed { pass, .. } if !pass.is_sampled() => lists.reflected(pixel, photons),
         // One walk for all: estimates of the error read every hit point again and again.

@@ -67,10 +67,10 @@ pub use radius::automatic_radius;
 pub use radius_floor::least_radius;
 pub use radius_policy::RadiusPolicy;
 pub use render_state::{ForeignState, RenderState};
-pub use settings::{Aiming, ErrorEstimates, Planning, Settings};
+pub use settings::{Aiming, ErrorEstimates, Kinds, Planning, Settings};
 pub use stage::Stage;
 pub use statistic::Precision;
-pub use statistics::{ClassStatistics, PassStatistics, PhaseSeconds, RadiusRange, SetupStatistics};
+pub use statistics::{CollectorStatistics, PassStatistics, PhaseSeconds, RadiusRange, SetupStatistics};
 
 use std::f32::consts::PI;
 use std::sync::OnceLock;
@@ -95,7 +95,7 @@ pub struct Render<'s> {
     settings: Settings,
     /// In the order of the tree, as are the states: those of the pass under way, where eye paths are retraced.
     hit_points: Vec<HitPoint>,
-    /// One for each kind of path that photons bring light by.
+    /// For the kinds of paths that photons bring light by, one for all or one for each.
     collectors: Vec<Collector>,
     /// For each pixel, where its statistics stand; made when a picture is first asked for.
     pixel_lists: OnceLock<PixelLists>,
@@ -200,7 +200,7 @@ impl<'s> Render<'s> {
         self.emitted_photons += ledger.emitted;
         self.passes += 1;
         let view = View { hit_points, facets, lists: direct.view() };
-        let gather = |c: &mut Collector| c.gather(view, &batch.of(c.class), &settings, self.passes);
+        let gather = |c: &mut Collector| c.gather(view, &batch.of_any(c.classes), &settings, self.passes);
         let found: Vec<Found> = collectors.iter_mut().map(gather).collect();
         phases.gather = watch.lap();
         let classes = self.raise_radii(&found);
@@ -239,7 +239,7 @@ impl<'s> Render<'s> {
     }
 
     /// Ends the pass of every collector: what it found and how large its discs are.
-    fn raise_radii(&mut self, found: &[Found]) -> Vec<ClassStatistics> {
+    fn raise_radii(&mut self, found: &[Found]) -> Vec<CollectorStatistics> {
         let Render { collectors, hit_points, .. } = self;
         let raise = |(collector, &found): (&mut Collector, _)| {
             let radius = collector.raise(hit_points);
@@ -252,7 +252,7 @@ impl<'s> Render<'s> {
     ///
     /// The radii of the last class stand for all: indirect light, if there is any, reaches everywhere, and where caustics
     /// are, their discs shrink alike.
-    fn close_batch(&mut self, classes: &[ClassStatistics]) {
+    fn close_batch(&mut self, classes: &[CollectorStatistics]) {
         let Some(mut batches) = self.batches.take() else { return };
         let mean_radius = classes.last().map_or(self.setup.radius, |class| class.radius.mean);
         batches.shrink((mean_radius / self.setup.radius).powi(2));
@@ -270,14 +270,20 @@ impl<'s> Render<'s> {
         Accuracy::new(self, self.batches.as_ref()?, confidence)
     }
 
-    /// The picture of all light found so far (radiance): bit for bit the sum of the layers of [`Render::layer`], in the
-    /// order of [`PathClass::ALL`].
+    /// The picture of all light found so far (radiance). Where kinds of paths are kept apart, bit for bit the sum of their
+    /// layers in the order of [`PathClass::ALL`].
     pub fn picture(&self) -> Image {
         develop::picture(self)
     }
 
-    /// The picture of light by one kind of path (radiance). Direct light holds the lights that are seen, too.
-    pub fn layer(&self, class: PathClass) -> Image {
+    /// The picture of direct light alone: seen lights and what shadow rays brought (radiance).
+    pub fn direct_picture(&self) -> Image {
+        develop::direct_picture(self)
+    }
+
+    /// The picture of light by one kind of path (radiance), black where the plan leaves it out; `None` where it is kept together
+    /// with another.
+    pub fn layer(&self, class: PathClass) -> Option<Image> {
         develop::layer(self, class)
     }
 
@@ -332,8 +338,8 @@ impl<'s> Render<'s> {
         &self.hit_points
     }
 
-    /// The progressive statistics of the hit points for photons of one kind of path, in their order; none if it is not
-    /// simulated. Where eye paths are retraced, those of the pixels, with the flux of each hit point weighed by
+    /// The progressive statistics of the hit points for photons of one kind of path, and of others that are kept together with it,
+    /// in their order; none if it is not simulated. Where eye paths are retraced, those of the pixels, with the flux of each hit point weighed by
     /// `weight · albedo / π`.
     pub fn states(&self, class: PathClass) -> Vec<GatherState> {
         let all = |c: &Collector| (0..c.states.len()).map(|position| c.state(position)).collect();
@@ -347,7 +353,7 @@ impl<'s> Render<'s> {
     }
 
     fn collector(&self, class: PathClass) -> Option<&Collector> {
-        self.collectors.iter().find(|collector| collector.class == class)
+        self.collectors.iter().find(|collector| collector.classes.contains(class))
     }
 
     /// The normals that photons are held against.
@@ -385,7 +391,7 @@ fn plan_of(scene: &Scene, settings: &Settings) -> Plan {
     plan.with_eye_paths(settings.eye_paths)
 }
 
-/// One for each kind of path that photons bring light by; all start from the same tree.
+/// For the kinds of paths that photons bring light by, one for all or one for each; all start from the same tree.
 fn collectors(
     classes: PathClasses,
     tree: SphereBvh,
@@ -394,10 +400,14 @@ fn collectors(
     radius: f64,
     settings: &Settings,
 ) -> Vec<Collector> {
-    let by_photons: Vec<PathClass> = classes.without(PathClass::Direct).iter().collect();
-    let trees = vec![tree; by_photons.len()];
-    let collector = |(class, tree)| Collector::new(class, tree, hit_points, kept, radius, settings);
-    by_photons.into_iter().zip(trees).map(collector).collect()
+    let by_photons = classes.without(PathClass::Direct);
+    let sets: Vec<PathClasses> = match settings.kinds {
+        Kinds::Together => by_photons.any_photons().then_some(by_photons).into_iter().collect(),
+        Kinds::Apart => by_photons.iter().map(|class| [class].into_iter().collect()).collect(),
+    };
+    let trees = vec![tree; sets.len()];
+    let collector = |(set, tree)| Collector::new(set, tree, hit_points, kept, radius, settings);
+    sets.into_iter().zip(trees).map(collector).collect()
 }
 
 fn batch_means(settings: &Settings, pixels: usize) -> Option<BatchMeans> {

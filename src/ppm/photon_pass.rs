@@ -8,7 +8,7 @@ use super::aimed_flights::AimedFlights;
 use super::mixture::Mixture;
 use super::wavefront::{Course, Wavefront};
 use super::{Ledger, Settings, Stage};
-use crate::effects::PathClass;
+use crate::effects::{PathClass, PathClasses};
 use crate::math::{Ray, Rgb, Vec3};
 use crate::scene::{RayPacket, Scene};
 use crate::simd::Isa;
@@ -60,6 +60,14 @@ pub struct PhotonChunk {
 }
 
 impl PhotonChunk {
+    fn of(&self, class: PathClass) -> Option<&Deposits> {
+        match class {
+            PathClass::Direct => None,
+            PathClass::Caustic => Some(&self.caustic),
+            PathClass::Indirect => Some(&self.indirect),
+        }
+    }
+
     /// Forgets everything but the memory.
     fn clear(&mut self) {
         self.caustic.clear();
@@ -88,11 +96,13 @@ pub struct PhotonBatch {
 impl PhotonBatch {
     /// The photons of one kind of path; of direct light there are none.
     pub fn of(&self, class: PathClass) -> Photons<'_> {
-        Photons(match class {
-            PathClass::Direct => Vec::new(),
-            PathClass::Caustic => self.chunks.iter().map(|chunk| &chunk.caustic).collect(),
-            PathClass::Indirect => self.chunks.iter().map(|chunk| &chunk.indirect).collect(),
-        })
+        self.of_any([class].into_iter().collect())
+    }
+
+    /// The photons of some kinds of paths.
+    pub fn of_any(&self, classes: PathClasses) -> Photons<'_> {
+        let deposits = |chunk| classes.iter().filter_map(move |class| PhotonChunk::of(chunk, class));
+        Photons(self.chunks.iter().flat_map(deposits).collect())
     }
 
     /// All photons.

@@ -9,7 +9,7 @@ use super::accuracy::BatchMeans;
 use super::collector::{Collector, Keeper};
 use super::direct_light::DirectState;
 use super::statistic::Statistics;
-use crate::effects::PathClass;
+use crate::effects::PathClasses;
 
 /// The progress of a [`Render`], to be kept and given to another one of the same scene and settings.
 ///
@@ -19,24 +19,24 @@ use crate::effects::PathClass;
 pub struct RenderState<'a> {
     passes: u32,
     emitted_photons: u64,
-    classes: Vec<ClassState<'a>>,
+    collectors: Vec<CollectorState<'a>>,
     direct: DirectState<'a>,
     batches: Option<Cow<'a, BatchMeans>>,
 }
 
-/// What one kind of path brought.
+/// What kinds of paths brought that are kept together.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct ClassState<'a> {
-    class: PathClass,
+struct CollectorState<'a> {
+    kinds: PathClasses,
     statistics: Cow<'a, Statistics>,
     /// As the tree has them: f64 radii rounded, except where no photon came yet. None where every pass builds a tree.
     radii: Cow<'a, [f32]>,
 }
 
-impl<'a> ClassState<'a> {
-    fn of(collector: &'a Collector) -> ClassState<'a> {
-        ClassState {
-            class: collector.class,
+impl<'a> CollectorState<'a> {
+    fn of(collector: &'a Collector) -> CollectorState<'a> {
+        CollectorState {
+            kinds: collector.classes,
             statistics: Cow::Borrowed(&collector.states),
             radii: Cow::Borrowed(kept_radii(collector)),
         }
@@ -44,7 +44,7 @@ impl<'a> ClassState<'a> {
 
     fn fits(&self, collector: &Collector) -> bool {
         let radii = self.radii.iter().all(|radius| (0.0..f32::INFINITY).contains(radius));
-        self.class == collector.class
+        self.kinds == collector.classes
             && collector.states.is_like(&self.statistics)
             && self.radii.len() == kept_radii(collector).len()
             && radii
@@ -97,7 +97,7 @@ impl Render<'_> {
         RenderState {
             passes: self.passes,
             emitted_photons: self.emitted_photons,
-            classes: self.collectors.iter().map(ClassState::of).collect(),
+            collectors: self.collectors.iter().map(CollectorState::of).collect(),
             direct: self.direct.state(),
             batches: self.batches.as_ref().map(Cow::Borrowed),
         }
@@ -111,10 +111,10 @@ impl Render<'_> {
         self.check(&state)?;
         self.passes = state.passes;
         self.emitted_photons = state.emitted_photons;
-        for (collector, class) in self.collectors.iter_mut().zip(state.classes) {
-            collector.states = class.statistics.into_owned();
+        for (collector, theirs) in self.collectors.iter_mut().zip(state.collectors) {
+            collector.states = theirs.statistics.into_owned();
             if collector.keeper == Keeper::HitPoints {
-                collector.tree.refit(|position| class.radii[position]);
+                collector.tree.refit(|position| theirs.radii[position]);
             }
         }
         self.direct.restore(state.direct);
@@ -128,10 +128,10 @@ impl Render<'_> {
             (Some(ours), Some(theirs)) => ours.is_like(theirs) && theirs.passes() <= state.passes,
             _ => false,
         };
-        let fits = |(ours, theirs): (&Collector, &ClassState)| theirs.fits(ours);
+        let fits = |(ours, theirs): (&Collector, &CollectorState)| theirs.fits(ours);
         let parts = [
-            ("kinds of light", self.collectors.len() == state.classes.len()),
-            ("hit points", self.collectors.iter().zip(&state.classes).all(fits)),
+            ("kinds of light", self.collectors.len() == state.collectors.len()),
+            ("hit points", self.collectors.iter().zip(&state.collectors).all(fits)),
             ("estimates of the error", batches),
         ];
         match parts.iter().find(|(_, fits)| !fits) {
@@ -164,7 +164,7 @@ mod tests {
 
     fn layers(render: &Render) -> Vec<Image> {
         let layers = render.accuracy(0.9).unwrap().layers().unwrap();
-        vec![render.picture(), render.layer(PathClass::Direct), layers.stderr, layers.bias, layers.radius]
+        vec![render.picture(), render.direct_picture(), layers.stderr, layers.bias, layers.radius]
     }
 
     /// The bits of `a`, since unknown errors are NaN.
@@ -231,7 +231,7 @@ mod tests {
         let skipping = RenderState { passes: 5, ..other.state() };
         assert_eq!(render.restore(skipping).unwrap_err().part, "passes");
         let mut state = other.state();
-        state.classes[0].radii = Cow::Owned(vec![f32::NAN; other.hit_points.len()]);
+        state.collectors[0].radii = Cow::Owned(vec![f32::NAN; other.hit_points.len()]);
         assert_eq!(render.restore(state).unwrap_err().part, "hit points");
     }
 }

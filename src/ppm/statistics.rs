@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::{AimPlan, Ledger, Render};
-use crate::effects::PathClass;
+use crate::effects::PathClasses;
 
 /// What the set-up of a render found and took.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -70,11 +70,11 @@ pub struct RadiusRange {
     pub floored: u64,
 }
 
-/// What a pass brought by one kind of path.
+/// What a pass brought by kinds of paths that are kept together.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct ClassStatistics {
-    /// The kind of path.
-    pub class: PathClass,
+pub struct CollectorStatistics {
+    /// The kinds of paths.
+    pub kinds: PathClasses,
     /// Photons added to hit points, counted once for each hit point.
     pub gathered: u64,
     /// Photons within a radius, but on another side than the one that is seen.
@@ -106,8 +106,8 @@ pub struct PassStatistics {
     pub emitted_in_all: u64,
     /// Radii after the pass, of all kinds of paths.
     pub radius: RadiusRange,
-    /// Each kind of path that photons bring light by.
-    pub classes: Vec<ClassStatistics>,
+    /// Of the kinds of paths that photons bring light by, apart or together.
+    pub collectors: Vec<CollectorStatistics>,
     /// Heap memory of hit points, statistics and tree, in bytes.
     pub memory_bytes: u64,
 }
@@ -141,10 +141,10 @@ impl RadiusRange {
         RadiusRange { mean: all.mean / radii.len() as f64, ..all }
     }
 
-    /// Of classes that have as many radii.
-    fn of_all(classes: &[ClassStatistics]) -> RadiusRange {
-        let all = classes.iter().map(|class| class.radius).reduce(combine).unwrap_or_default();
-        RadiusRange { mean: all.mean / classes.len().max(1) as f64, ..all }
+    /// Of collectors that have as many radii.
+    fn of_all(collectors: &[CollectorStatistics]) -> RadiusRange {
+        let all = collectors.iter().map(|c| c.radius).reduce(combine).unwrap_or_default();
+        RadiusRange { mean: all.mean / collectors.len().max(1) as f64, ..all }
     }
 }
 
@@ -170,7 +170,7 @@ impl Render<'_> {
         &self,
         phases: PhaseSeconds,
         [photons, aimed_photons]: [Ledger; 2],
-        classes: Vec<ClassStatistics>,
+        collectors: Vec<CollectorStatistics>,
         shadow_rays: u64,
     ) -> PassStatistics {
         PassStatistics {
@@ -180,11 +180,11 @@ impl Render<'_> {
             rays: photons.rays + aimed_photons.rays + shadow_rays,
             photons,
             aimed_photons,
-            gathered: classes.iter().map(|class| class.gathered).sum(),
-            rejected_by_side: classes.iter().map(|class| class.rejected_by_side).sum(),
+            gathered: collectors.iter().map(|c| c.gathered).sum(),
+            rejected_by_side: collectors.iter().map(|c| c.rejected_by_side).sum(),
             emitted_in_all: self.emitted_photons,
-            radius: RadiusRange::of_all(&classes),
-            classes,
+            radius: RadiusRange::of_all(&collectors),
+            collectors,
             memory_bytes: self.memory_bytes() as u64,
         }
     }

@@ -4,7 +4,6 @@ use std::fs;
 
 use assert_cmd::Command;
 use caustica::bsdf::{Bsdf, DiffuseSampling};
-use caustica::effects::PathClass;
 use caustica::film::Image;
 use caustica::light::{Light, Lights};
 use caustica::math::{DVec3, Rgb, Rng, Stream, Vec3};
@@ -188,7 +187,7 @@ fn point_light_on_the_floor_lights_the_ceiling() {
         by_both_traversals(&desc).map(|scene| {
             let (render, passes) = rendered(&scene, settings(&desc));
             assert!(render.picture().pixels().iter().all(|p| p.is_finite()));
-            (mean(&render.layer(PathClass::Direct)), passes[0].photons.flux)
+            (mean(&render.direct_picture()), passes[0].photons.flux)
         })
     };
     for ((on, flux), (above, _)) in lit_from(-1.0).into_iter().zip(lit_from(-0.998)) {

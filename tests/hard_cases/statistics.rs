@@ -183,7 +183,7 @@ fn passes_without_any_photon_change_nothing() {
                 assert_eq!(passes[1].photons.deposited, 0);
                 let states = render.states(PathClass::Indirect);
                 assert!(!states.is_empty() && states.iter().all(|s| *s == GatherState::new(0.05)));
-                assert_eq!(render.picture(), render.layer(PathClass::Direct));
+                assert_eq!(render.picture(), render.direct_picture());
             }
         }
     }
