@@ -8,7 +8,7 @@ use super::machine::Machine;
 use super::timing::{Spread, timed};
 use crate::math::Ray;
 use crate::ppm::photon_pass::record_rays;
-use crate::ppm::{PassStatistics, Render, Settings};
+use crate::ppm::{Kinds, PassStatistics, Render, Settings};
 use crate::report::{Cell, Page, Plot, Scale, Table};
 use crate::scene::Scene;
 
@@ -88,6 +88,8 @@ pub struct PassReport {
     pub radius: f64,
     /// Whether eye paths were traced anew in each pass.
     pub retrace: bool,
+    /// Whether caustics and indirect light were kept apart.
+    pub apart: bool,
     /// Measured passes.
     pub repetitions: usize,
     /// Photons emitted, by the median second.
@@ -228,6 +230,7 @@ fn report(
         samples: settings.render.samples,
         radius,
         retrace: settings.retrace,
+        apart: settings.render.kinds == Kinds::Apart,
         repetitions: settings.repetitions,
         photons_per_second: photons / seconds,
         seconds_per_pass: seconds,
@@ -260,6 +263,7 @@ impl PassReport {
         facts.push(("Eye samples a pixel", self.samples.to_string()));
         facts.push(("Radius", format!("{} scene units", self.radius)));
         facts.push(("Eye paths", if self.retrace { "new in each pass" } else { "kept" }.into()));
+        facts.push(("Kinds of light", if self.apart { "apart" } else { "together" }.into()));
         facts.push(("Repetitions", self.repetitions.to_string()));
         Page {
             title: "A photon pass".into(),

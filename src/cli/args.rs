@@ -372,6 +372,9 @@ pub struct BenchArgs {
     /// Trace the eye paths and build the tree anew in every pass
     #[arg(long, conflicts_with_all = ["gather", "rays", "leaks", "numerics", "aim"])]
     pub retrace: bool,
+    /// Keep caustics and indirect light apart in the pass
+    #[arg(long, conflicts_with_all = ["gather", "rays", "leaks", "numerics", "aim"])]
+    pub apart: bool,
     /// Numbers of spheres to gather among [default: 1e4,1e5,1e6,4e6]
     #[arg(long, conflicts_with_all = ["pass", "rays", "leaks", "numerics", "aim"], value_name = "N,..", value_delimiter = ',', value_parser = points)]
     pub points: Vec<u64>,

@@ -15,7 +15,7 @@ use crate::bench::pass::{self, PassSettings};
 use crate::bench::rays::{self, RaySettings};
 use crate::bench::structures::{RIVALS, VARIANTS};
 use crate::output::{check_writable, write_atomically};
-use crate::ppm::{Aiming, Settings};
+use crate::ppm::{Aiming, Kinds, Settings};
 use crate::report::Page;
 use crate::scene::{Access, Scene};
 
@@ -70,6 +70,7 @@ fn run_pass(args: &BenchArgs, path: &Path) -> Result<Outcome, CliError> {
         samples: args.samples.unwrap_or(of_scene.samples),
         photons: args.photons.unwrap_or(of_scene.photons),
         caustic_photons: Aiming::Photons(0),
+        kinds: if args.apart { Kinds::Apart } else { Kinds::Together },
         ..of_scene
     };
     let settings = PassSettings { render, repetitions: args.repetitions as usize, retrace: args.retrace };
