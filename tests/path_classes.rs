@@ -99,3 +99,13 @@ fn together_and_apart_are_the_same_light() {
         assert!((apart / together - 1.0).abs() < 0.01, "{apart} and {together}");
     }
 }
+
+/// Direct light that is not asked for casts no shadow ray.
+#[test]
+fn photons_alone_need_no_shadow_rays() {
+    let scene = scene_at("cornell_b.toml", 48, 40);
+    for (transport, casts) in [(PathClasses::ALL.without(PathClass::Direct), false), (PathClasses::ALL, true)]
+    {
+        assert_eq!(rendered(&scene, transport, Planning::Derived).setup().shadow_rays > 0, casts);
+    }
+}

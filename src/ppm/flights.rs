@@ -1,4 +1,4 @@
-use crate::math::{Rgb, Vec3};
+use crate::math::{DVec3, Rgb, Vec3};
 use crate::scene::{RayPacket, Row};
 use crate::simd::{LANES, LaneVec3, Lanes, Mask, first_lanes};
 
@@ -64,6 +64,32 @@ impl Flights {
     /// The power of all, in columns of one length.
     pub fn powers(&self) -> [&[f32]; 3] {
         self.power.each_ref().map(|column| &column[..self.len])
+    }
+
+    /// Forgets those whose path is not to be kept: how many, and what they carried.
+    pub fn retain(&mut self, keep: impl Fn(u32) -> bool) -> (u64, DVec3) {
+        let (before, mut lost) = (self.len, DVec3::ZERO);
+        self.clear();
+        for place in 0..before {
+            if keep(self.path[place]) {
+                self.move_to_end(place);
+            } else {
+                lost += DVec3::from(self.power.each_ref().map(|column| f64::from(column[place])));
+            }
+        }
+        ((before - self.len) as u64, lost)
+    }
+
+    /// Of those at `place` and behind all that are kept so far.
+    fn move_to_end(&mut self, place: usize) {
+        let columns = self.origin.iter_mut().chain(&mut self.dir).chain(&mut self.power);
+        columns.for_each(|column| column[self.len] = column[place]);
+        self.path[self.len] = self.path[place];
+        let ahead = |(axis, column): (usize, &Vec<f32>)| usize::from(column[self.len] > 0.0) << axis;
+        let octant = &mut self.octants[self.dir.iter().enumerate().map(ahead).sum::<usize>()];
+        octant.places[octant.len] = self.len as u32;
+        octant.len += 1;
+        self.len += 1;
     }
 
     /// Adds the lanes of `mask`, in their order.
@@ -200,5 +226,47 @@ impl<L: Lanes> LaneFlights<L> {
         lanes.le(lanes.copysign(x, one), most)
             & lanes.le(lanes.copysign(y, one), most)
             & lanes.le(lanes.copysign(z, one), most)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simd::{Isa, Kernel};
+
+    /// Photons in all octants, in one call.
+    struct Fill<'a>(&'a mut Flights);
+
+    impl Kernel for Fill<'_> {
+        type Output = ();
+
+        #[inline(always)]
+        fn run<L: Lanes>(self, lanes: L) {
+            let row = |of: fn(u32) -> f32| std::array::from_fn(|k| of(k as u32));
+            let sides =
+                [row(|k| f32::from(k & 1 == 0) - 0.5), row(|k| 0.25 - f32::from(k & 2 == 0)), row(|_| 1.0)];
+            let dir = LaneVec3::from_arrays(lanes, &sides);
+            let power = LaneVec3::from_arrays(lanes, &[row(|k| k as f32), row(|_| 1.0), row(|_| 0.0)]);
+            let path = lanes.load_u32(&COUNT);
+            self.0.push(lanes, Mask::MAX, &LaneFlights { origin: dir, dir, power, path });
+        }
+    }
+
+    #[test]
+    fn those_that_are_kept_keep_their_order_and_octants() {
+        let mut flights = Flights::default();
+        flights.make_room(LANES);
+        Isa::best().run(Fill(&mut flights));
+        let mut before = Vec::new();
+        flights.by_octant(&mut before);
+        let paths: Vec<u32> = before.iter().map(|&place| flights.path[place as usize]).collect();
+        let kept = |path: &u32| path % 3 == 1;
+        let (count, lost) = flights.retain(|path| kept(&path));
+        assert_eq!((count, lost), (11, DVec3::new(85.0, 11.0, 0.0)));
+        let mut places = Vec::new();
+        flights.by_octant(&mut places);
+        let left: Vec<u32> = places.iter().map(|&place| flights.path[place as usize]).collect();
+        assert_eq!(left, paths.into_iter().filter(kept).collect::<Vec<_>>());
+        assert!(flights.path[..5] == [1, 4, 7, 10, 13] && flights.powers()[0] == [1.0, 4.0, 7.0, 10.0, 13.0]);
     }
 }

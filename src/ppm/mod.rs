@@ -135,12 +135,12 @@ impl<'s> Render<'s> {
         let kept = (keeper, keeper.count(&hit_points, eye.emitted.len()));
         let collectors = collectors(plan.classes, tree, &hit_points, kept, radius, &settings);
         let batches = batch_means(&settings, eye.emitted.len());
-        let pixel_lists = match plan.eye_paths {
-            EyePaths::Fixed => OnceLock::new(),
-            EyePaths::Retraced => PixelLists::of_pixels(&hit_points, eye.emitted.len()).into(),
-        };
+        let pixel_lists = lists_of_pixels(plan.eye_paths, &hit_points, eye.emitted.len());
         let tree_seconds = watch.lap();
-        let direct = DirectLight::new(stage, plan.eye_paths, settings.seed, &hit_points, order, eye.emitted);
+        let none = Lights::default();
+        let shadows = stage.of_direct_light(&plan, &none);
+        let direct =
+            DirectLight::new(shadows, plan.eye_paths, settings.seed, &hit_points, order, eye.emitted);
         let direct_seconds = watch.lap();
         let setup = SetupStatistics {
             hit_points: hit_points.len() as u64,
@@ -218,8 +218,10 @@ impl<'s> Render<'s> {
     /// Sees what a further pass sees: the same points in other light, or other points. How many eye rays that took.
     fn look_again(&mut self, watch: &mut Stopwatch, phases: &mut PhaseSeconds) -> u64 {
         let stage = Stage::new(self.scene, &self.lights, &self.plan);
+        let none = Lights::default();
+        let shadows = stage.of_direct_light(&self.plan, &none);
         if let DirectLight::Fixed { pass, .. } = &mut self.direct {
-            pass.add_pass(stage, &self.hit_points, self.settings.seed);
+            pass.add_pass(shadows, &self.hit_points, self.settings.seed);
             return 0;
         }
         let eye = camera_pass::trace(stage, &self.settings, self.passes);
@@ -234,7 +236,7 @@ impl<'s> Render<'s> {
         self.facets = Facets::of(&hit_points);
         self.hit_points = hit_points;
         phases.eye = watch.lap();
-        self.direct.add_view(stage, self.settings.seed, &self.hit_points, &order, &eye.emitted);
+        self.direct.add_view(shadows, self.settings.seed, &self.hit_points, &order, &eye.emitted);
         eye.rays
     }
 
@@ -389,6 +391,14 @@ fn plan_of(scene: &Scene, settings: &Settings) -> Plan {
         Planning::Everything => Plan::everything(scene, settings.transport),
     };
     plan.with_eye_paths(settings.eye_paths)
+}
+
+/// Where eye paths are retraced, a pixel's statistics stand at its own place from the beginning.
+fn lists_of_pixels(eye_paths: EyePaths, hit_points: &[HitPoint], pixels: usize) -> OnceLock<PixelLists> {
+    match eye_paths {
+        EyePaths::Fixed => OnceLock::new(),
+        EyePaths::Retraced => PixelLists::of_pixels(hit_points, pixels).into(),
+    }
 }
 
 /// For the kinds of paths that photons bring light by, one for all or one for each; all start from the same tree.

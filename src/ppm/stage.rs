@@ -1,4 +1,4 @@
-use crate::effects::Plan;
+use crate::effects::{PathClass, Plan};
 use crate::light::Lights;
 use crate::scene::Scene;
 
@@ -16,6 +16,14 @@ pub struct Stage<'a> {
 impl<'a> Stage<'a> {
     pub(super) fn new(scene: &'a Scene, lights: &'a Lights, plan: &Plan) -> Stage<'a> {
         Stage { scene, lights, casters: plan.casters }
+    }
+
+    /// For direct light: without lights, `none`, where that is not simulated.
+    pub(super) fn of_direct_light(self, plan: &Plan, none: &'a Lights) -> Stage<'a> {
+        match plan.classes.contains(PathClass::Direct) {
+            true => self,
+            false => Stage { lights: none, ..self },
+        }
     }
 }
 

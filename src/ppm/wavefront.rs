@@ -9,7 +9,7 @@ use super::flights::{FlightPacket, Flights, at};
 use super::lane_flux::{LaneFlux, PowerOf};
 use super::mixture::Mixture;
 use super::photon_pass::{Deposits, PhotonChunk};
-use super::{FluxLedger, Photon, Settings, Stage};
+use super::{FluxLedger, Ledger, Photon, Settings, Stage};
 use crate::bsdf::{
     Choice, DiffuseSampling, Event, SPECULAR, Scattering, SpecularLobe, Transport, sample_diffuse,
 };
@@ -56,6 +56,10 @@ impl Pasts {
         }
         let lanes = photons.path.iter().enumerate().take(photons.rays.len);
         lanes.fold(0, |mask, (lane, &path)| mask | Mask::from(self.specular[path as usize]) << lane)
+    }
+
+    fn is_specular(&self, path: u32) -> bool {
+        self.specular.get(path as usize).is_some_and(|&specular| specular)
     }
 
     /// Notes a diffuse bounce.
@@ -171,6 +175,17 @@ impl Wavefront {
         }
         std::mem::swap(flights, next);
         chunk.ledger.flux.fly_on(self.power(course));
+        if !course.settings.transport.contains(PathClass::Indirect) {
+            self.end_indirect(&mut chunk.ledger);
+        }
+    }
+
+    /// Ends the paths that caustics do not come of any more.
+    fn end_indirect(&mut self, ledger: &mut Ledger) {
+        let Wavefront { flights, pasts, .. } = self;
+        let (ended, power) = flights.retain(|path| pasts.is_specular(path));
+        ledger.terminated += ended;
+        ledger.flux.terminated += power;
     }
 }
 
