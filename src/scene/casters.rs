@@ -202,12 +202,16 @@ fn partition(items: &mut [Item], first: impl Fn(&Item) -> bool) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene;
+    use crate::scene::{self, SceneDesc};
     use std::path::Path;
 
-    fn scene(name: &str) -> Scene {
+    fn desc(name: &str) -> SceneDesc {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(name);
-        Scene::new(scene::load(&path).unwrap()).unwrap()
+        scene::load(&path).unwrap()
+    }
+
+    fn scene(name: &str) -> Scene {
+        Scene::new(desc(name)).unwrap()
     }
 
     /// Every item is inside of some ball wholly: a triangle is where its corners are, since balls are convex.
@@ -237,7 +241,14 @@ mod tests {
 
     #[test]
     fn water_is_cut_into_patches() {
-        let scene = scene("course_water.toml");
+        // As in the course's water scene.
+        let mut desc = desc("course_balls.toml");
+        let refracting = desc.spheres[1].material;
+        let mut water = scene::water::surface_mesh(64);
+        water.vertices.iter_mut().for_each(|p| *p = 120.0 * *p + 50.0 * Vec3::Y);
+        water.materials.fill(refracting);
+        desc.meshes.push(water);
+        let scene = Scene::new(desc).unwrap();
         let balls = scene.casters();
         assert_covered(&scene, &balls);
         assert!((8..=MOST).contains(&balls.len()), "{balls:?}");
