@@ -230,8 +230,9 @@ impl<'s> Render<'s> {
             self.collectors.first().map_or(self.setup.radius, radius) as f32
         };
         let (tree, hit_points, order) = build_tree(&eye.hit_points, radius_of);
-        for collector in &mut self.collectors {
-            collector.look_at(tree.clone(), &hit_points);
+        let trees = vec![tree; self.collectors.len()];
+        for (collector, tree) in self.collectors.iter_mut().zip(trees) {
+            collector.look_at(tree, &hit_points);
         }
         self.facets = Facets::of(&hit_points);
         self.hit_points = hit_points;
