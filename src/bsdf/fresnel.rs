@@ -1,4 +1,4 @@
-use crate::math::Vec3;
+use crate::math::{Rgb, Vec3};
 
 /// What a smooth interface between two dielectrics does with a ray, all in the local frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,6 +51,41 @@ pub fn fresnel_reflectance(cos_i: f32, cos_t: f32, eta: f32) -> f32 {
     (0.5 * (parallel * parallel + perpendicular * perpendicular)).min(1.0)
 }
 
+/// The share of unpolarised light that a metal reflects, channel by channel.
+///
+/// With `c = cos θ`, `s² = 1 - c²`, `2a² = √((η² - k² - s²)² + 4 η² k²) + η² - k² - s²` and `a² + b² = √(...)`:
+///
+/// ```text
+/// R_s = (a² + b² - 2ac + c²) / (a² + b² + 2ac + c²)
+/// R_p = R_s (c² (a² + b²) - 2acs² + s⁴) / (c² (a² + b²) + 2acs² + s⁴)
+/// R   = (R_s + R_p) / 2
+/// ```
+/// `eta - i k` is the index of the metal over that of what lies on it. At a grazing `cos = 0` the result is 1.
+///
+/// # Source
+/// Born and Wolf, "Principles of Optics", section 14.4.
+pub fn conductor_reflectance(cos: f32, eta: Rgb, k: Rgb) -> Rgb {
+    let (cos2, sin2) = (cos * cos, (1.0 - cos * cos).max(0.0));
+    let difference = eta * eta - k * k - sin2;
+    let both = (difference * difference + 4.0 * eta * eta * k * k).map(f32::sqrt);
+    let a = (0.5 * (both + difference)).max(Rgb::ZERO).map(f32::sqrt);
+    let (even, odd) = (both + cos2, 2.0 * cos * a);
+    let perpendicular = (even - odd) / (even + odd);
+    let (even, odd) = (cos2 * both + sin2 * sin2, odd * sin2);
+    let parallel = perpendicular * (even - odd) / (even + odd);
+    (0.5 * (perpendicular + parallel)).clamp(Rgb::ZERO, Rgb::ONE)
+}
+
+/// The shares that a thin, flat pane mirrors and lets through, with all that goes to and fro inside of it: `2 R / (1 + R)`.
+///
+/// `ior` is the index of the pane over that of what lies on both of its sides.
+pub fn pane_reflectance(cos: f32, ior: f32) -> f32 {
+    let wo = Vec3::new((1.0 - cos * cos).max(0.0).sqrt(), 0.0, cos.abs());
+    let Some(refraction) = refract(wo, ior) else { return 1.0 };
+    let once = fresnel_reflectance(wo.z, refraction.wi.z.abs(), refraction.eta);
+    2.0 * once / (1.0 + once)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -97,6 +132,48 @@ mod tests {
                 let eta = if up { ior } else { 1.0 / ior };
                 prop_assert!(x.abs() >= eta * 0.9999);
             }
+        }
+    }
+
+    /// Against complex arithmetic, and a dielectric where `k` is 0. Catches a swapped polarisation or a lost square.
+    #[test]
+    fn a_metal_reflects_as_its_complex_index_says() {
+        for cos in [0.01f64, 0.2, 0.5, 0.8, 1.0] {
+            for (eta, k) in [(0.2, 3.9), (1.4, 1.6), (1.5, 0.0), (0.15, 0.01)] {
+                let expected = complex_reflectance(cos, eta, k);
+                let found = conductor_reflectance(cos as f32, Rgb::splat(eta as f32), Rgb::splat(k as f32)).y;
+                assert!(
+                    (f64::from(found) - expected).abs() < 1e-5,
+                    "{cos} {eta} {k}: {found}, not {expected}"
+                );
+            }
+        }
+        assert_eq!(conductor_reflectance(0.0, Rgb::splat(0.2), Rgb::splat(3.9)), Rgb::ONE);
+    }
+
+    /// `|r_s|²` and `|r_p|²` from Fresnel's equations with `n = eta - i k`.
+    fn complex_reflectance(cos: f64, eta: f64, k: f64) -> f64 {
+        type Complex = (f64, f64);
+        let times = |a: Complex, b: Complex| (a.0 * b.0 - a.1 * b.1, a.0 * b.1 + a.1 * b.0);
+        let ratio = |a: Complex, b: Complex| (a.0 * a.0 + a.1 * a.1) / (b.0 * b.0 + b.1 * b.1);
+        let n2 = times((eta, -k), (eta, -k));
+        let inside = (n2.0 - (1.0 - cos * cos), n2.1);
+        let length = inside.0.hypot(inside.1).sqrt();
+        let half = 0.5 * inside.1.atan2(inside.0);
+        let root = (length * half.cos(), length * half.sin());
+        let perpendicular = ratio((cos - root.0, -root.1), (cos + root.0, root.1));
+        let (x, y) = ((n2.0 * cos, n2.1 * cos), root);
+        0.5 * (perpendicular + ratio((x.0 - y.0, x.1 - y.1), (x.0 + y.0, x.1 + y.1)))
+    }
+
+    /// The geometric series of what goes to and fro: `R + T² R (1 + R² + R⁴ + ...)`.
+    #[test]
+    fn a_pane_mirrors_what_leaves_it_after_any_number_of_turns() {
+        for cos in [0.1f32, 0.5, 1.0] {
+            let inside = refract(Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos), 1.5).unwrap();
+            let r = f64::from(fresnel_reflectance(cos, -inside.wi.z, 1.5));
+            let turns: f64 = (0..60).map(|n| (1.0 - r).powi(2) * r.powi(2 * n + 1)).sum();
+            assert!((f64::from(pane_reflectance(cos, 1.5)) - r - turns).abs() < 1e-6);
         }
     }
 }

@@ -4,9 +4,19 @@
 //! specular lobe; photons and the path tracer choose one by roulette ([`Scattering::choose`]).
 
 mod fresnel;
+mod ggx;
+mod metals;
+mod plastic;
+mod rough;
 mod scattering;
 
-pub use fresnel::{Refraction, fresnel_reflectance, reflect, refract};
+pub use fresnel::{
+    Refraction, conductor_reflectance, fresnel_reflectance, pane_reflectance, reflect, refract,
+};
+pub use ggx::Ggx;
+pub use metals::{METALS, Metal};
+pub use plastic::{Coat, Plastic};
+pub use rough::{GlossyLobe, Interface, Response, RoughSurface};
 pub use scattering::{Choice, DiffuseSampling, Event, Scattering, SpecularLobe, Transport, sample_diffuse};
 
 use crate::math::{Rgb, Vec3};
@@ -33,6 +43,24 @@ pub enum Bsdf {
         /// Index of refraction inside (behind the geometric normal) over outside.
         ior: f32,
     },
+    /// A thin, flat pane of glass: what it does not mirror goes straight on.
+    ThinDielectric {
+        /// Index of refraction of the pane over that of what lies on both of its sides.
+        ior: f32,
+    },
+    /// Smooth metal on both sides, by Fresnel's law for the index `eta - i k`.
+    Conductor {
+        /// Real part of the index, by channel.
+        eta: Rgb,
+        /// Imaginary part of the index, by channel.
+        k: Rgb,
+        /// Factor on what is reflected; 1 of pure metal.
+        reflectance: Rgb,
+    },
+    /// A rough metal or a rough interface.
+    Rough(RoughSurface),
+    /// A diffuse base under a smooth coat, on both sides.
+    Plastic(Plastic),
     /// The course's material: fixed shares of mirror reflection and refraction, the rest Lambertian.
     ///
     /// `f = (1 - reflectivity - transparency) color / π` beside the two specular shares; no Fresnel's law.
@@ -49,25 +77,72 @@ pub enum Bsdf {
 }
 
 impl Bsdf {
-    /// The Lambertian share of the incident power: `f = albedo / π` on the side of `wo`.
-    pub fn albedo(&self) -> Rgb {
+    /// The diffuse share of the incident power, seen at an angle of the cosine `cos`: `f = albedo / π` on the side of `wo`, times what
+    /// of light from `wi` passes [`Bsdf::coat`].
+    pub fn albedo(&self, cos: f32) -> Rgb {
         match *self {
             Bsdf::Diffuse { albedo } => albedo,
-            Bsdf::Mirror { .. } | Bsdf::Dielectric { .. } => Rgb::ZERO,
+            Bsdf::Plastic(plastic) => plastic.albedo(cos),
+            Bsdf::Mirror { .. }
+            | Bsdf::Dielectric { .. }
+            | Bsdf::ThinDielectric { .. }
+            | Bsdf::Conductor { .. }
+            | Bsdf::Rough(_) => Rgb::ZERO,
             Bsdf::FixedWeight { color, reflectivity, transparency, .. } => {
                 (1.0 - reflectivity - transparency).max(0.0) * color
             }
         }
     }
 
-    /// Whether any of its lobes is specular.
+    /// What lies on the diffuse base.
+    pub fn coat(&self) -> Coat {
+        match self {
+            Bsdf::Plastic(plastic) => plastic.coat(),
+            _ => Coat::NONE,
+        }
+    }
+
+    /// The share of the incident power that is scattered diffusely: [`Bsdf::albedo`] times what passes the coat on average.
+    pub fn diffuse_share(&self, cos: f32) -> Rgb {
+        match self {
+            Bsdf::Plastic(plastic) => plastic.albedo(cos) * plastic.enters(),
+            _ => self.albedo(cos),
+        }
+    }
+
+    /// Whether any of its lobes is perfectly specular.
     pub fn is_specular(&self) -> bool {
         match *self {
             _ if !SPECULAR => false,
-            Bsdf::Diffuse { .. } => false,
-            Bsdf::Mirror { reflectance } => reflectance != Rgb::ZERO,
-            Bsdf::Dielectric { .. } => true,
+            Bsdf::Diffuse { .. } | Bsdf::Rough(_) => false,
+            Bsdf::Mirror { reflectance } | Bsdf::Conductor { reflectance, .. } => reflectance != Rgb::ZERO,
+            Bsdf::Dielectric { .. } | Bsdf::ThinDielectric { .. } | Bsdf::Plastic(_) => true,
             Bsdf::FixedWeight { reflectivity, transparency, .. } => reflectivity + transparency > 0.0,
+        }
+    }
+
+    /// Whether light goes on behind the surface.
+    pub fn transmits(&self) -> bool {
+        match *self {
+            Bsdf::Diffuse { .. } | Bsdf::Mirror { .. } | Bsdf::Conductor { .. } | Bsdf::Plastic(_) => false,
+            Bsdf::Dielectric { .. } | Bsdf::ThinDielectric { .. } => true,
+            Bsdf::Rough(RoughSurface { interface, .. }) => matches!(interface, Interface::Dielectric { .. }),
+            Bsdf::FixedWeight { transparency, .. } => transparency > 0.0,
+        }
+    }
+
+    /// The index of refraction inside over outside, of what has an inside: not of a pane, whose sides are alike.
+    pub fn ior(&self) -> Option<f32> {
+        match *self {
+            Bsdf::Diffuse { .. }
+            | Bsdf::Mirror { .. }
+            | Bsdf::Conductor { .. }
+            | Bsdf::Plastic(_)
+            | Bsdf::ThinDielectric { .. } => None,
+            Bsdf::Dielectric { ior } => Some(ior),
+            Bsdf::Rough(RoughSurface { interface: Interface::Dielectric { ior }, .. }) => Some(ior),
+            Bsdf::Rough(RoughSurface { interface: Interface::Conductor { .. }, .. }) => None,
+            Bsdf::FixedWeight { transparency, ior, .. } => (transparency > 0.0).then_some(ior),
         }
     }
 
@@ -77,26 +152,46 @@ impl Bsdf {
     /// Monte Carlo Methods for Light Transport Simulation", 1997, section 5.2); power is not. The course's
     /// material is the exception that its assignment asks for: along the specular chain from the camera its
     /// transparency is the whole weight.
+    ///
+    /// A rough surface has no lobes before a facet is drawn: see [`Scattering::with_facet`].
     pub fn scatter(&self, wo: Vec3, transport: Transport) -> Scattering {
         let specular = match *self {
             _ if !SPECULAR => [None, None],
             Bsdf::Diffuse { .. } => [None, None],
             Bsdf::Mirror { reflectance } => [Some(mirrored(wo, reflectance)), None],
             Bsdf::Dielectric { ior } => dielectric_lobes(wo, ior, transport),
+            Bsdf::ThinDielectric { ior } => pane_lobes(wo, ior),
+            Bsdf::Conductor { eta, k, reflectance } => {
+                [Some(mirrored(wo, reflectance * conductor_reflectance(wo.z.abs(), eta, k))), None]
+            }
+            Bsdf::Plastic(plastic) => {
+                let mirrored = mirrored(wo, Rgb::splat(1.0 - plastic.coat().transmittance(wo.z)));
+                return Scattering::new(plastic.albedo(wo.z), [Some(mirrored), None])
+                    .under(plastic.coat(), plastic.enters());
+            }
+            Bsdf::Rough(surface) => {
+                let dark = || Scattering::diffuse(Rgb::ZERO);
+                return surface.seen_from(wo, transport).map_or_else(dark, Scattering::rough);
+            }
             Bsdf::FixedWeight { reflectivity, transparency, ior, .. } => {
                 fixed_weight_lobes(wo, [reflectivity, transparency], ior, transport)
             }
         };
-        Scattering::new(self.albedo(), specular)
+        Scattering::new(self.albedo(wo.z), specular)
     }
 }
 
 fn mirrored(wo: Vec3, share: Rgb) -> SpecularLobe {
-    SpecularLobe { event: Event::Reflection, wi: reflect(wo), share, scale: 1.0 }
+    SpecularLobe { event: Event::Reflection, wi: reflect(wo), share, scale: 1.0, pdf_w: f32::INFINITY }
 }
 
-fn refracted(refraction: Refraction, share: f32, scale: f32) -> SpecularLobe {
-    SpecularLobe { event: Event::Transmission, wi: refraction.wi, share: Rgb::splat(share), scale }
+fn transmitted(wi: Vec3, share: f32, scale: f32) -> SpecularLobe {
+    SpecularLobe { event: Event::Transmission, wi, share: Rgb::splat(share), scale, pdf_w: f32::INFINITY }
+}
+
+fn pane_lobes(wo: Vec3, ior: f32) -> [Option<SpecularLobe>; 2] {
+    let reflectance = pane_reflectance(wo.z.abs(), ior);
+    [Some(mirrored(wo, Rgb::splat(reflectance))), Some(transmitted(-wo, 1.0 - reflectance, 1.0))]
 }
 
 fn dielectric_lobes(wo: Vec3, ior: f32, transport: Transport) -> [Option<SpecularLobe>; 2] {
@@ -108,7 +203,7 @@ fn dielectric_lobes(wo: Vec3, ior: f32, transport: Transport) -> [Option<Specula
         Transport::Camera | Transport::Radiance => refraction.eta.powi(-2),
         Transport::Power => 1.0,
     };
-    [Some(mirrored(wo, Rgb::splat(reflectance))), Some(refracted(refraction, 1.0 - reflectance, scale))]
+    [Some(mirrored(wo, Rgb::splat(reflectance))), Some(transmitted(refraction.wi, 1.0 - reflectance, scale))]
 }
 
 fn fixed_weight_lobes(
@@ -124,7 +219,7 @@ fn fixed_weight_lobes(
         Transport::Radiance => refraction.eta.powi(-2),
         Transport::Camera | Transport::Power => 1.0,
     };
-    [Some(mirrored(wo, Rgb::splat(reflectivity))), Some(refracted(refraction, transparency, scale))]
+    [Some(mirrored(wo, Rgb::splat(reflectivity))), Some(transmitted(refraction.wi, transparency, scale))]
 }
 
 #[cfg(test)]
@@ -137,8 +232,15 @@ mod tests {
     const WATER: Bsdf =
         Bsdf::FixedWeight { color: Rgb::new(0.6, 0.6, 0.7), reflectivity: 0.2, transparency: 0.7, ior: 1.33 };
 
-    fn all_materials() -> [Bsdf; 5] {
+    fn all_materials() -> [Bsdf; 8] {
         [
+            Bsdf::Plastic(Plastic::new(Rgb::new(0.9, 0.5, 0.1), 1.5, true)),
+            Bsdf::ThinDielectric { ior: 1.5 },
+            Bsdf::Conductor {
+                eta: Rgb::new(0.2, 0.9, 1.1),
+                k: Rgb::new(3.9, 2.4, 2.1),
+                reflectance: Rgb::ONE,
+            },
             Bsdf::Diffuse { albedo: Rgb::new(0.7, 0.1, 0.0) },
             Bsdf::Mirror { reflectance: Rgb::new(0.9, 0.8, 0.7) },
             Bsdf::Dielectric { ior: 1.5 },
@@ -157,7 +259,7 @@ mod tests {
         fn shares_never_exceed_the_incident_power(cos in 0f32..1.0, above: bool) {
             for bsdf in all_materials() {
                 let scattering = bsdf.scatter(direction(cos, above), Transport::Power);
-                let total = scattering.specular().fold(scattering.albedo, |sum, lobe| sum + lobe.share);
+                let total = scattering.specular().fold(scattering.diffuse_share(), |sum, lobe| sum + lobe.share);
                 prop_assert!(total.max_element() <= 1.0 + 1e-6, "{bsdf:?} gives {total}");
             }
         }
@@ -203,6 +305,10 @@ mod tests {
         }
     }
 
+    fn mean_entry(bsdf: &Bsdf) -> f32 {
+        if let Bsdf::Plastic(plastic) = bsdf { plastic.enters() } else { 1.0 }
+    }
+
     /// The mean factor of each kind of event over many roulettes is its weight: compensation happens exactly once.
     #[test]
     fn roulette_is_unbiased_for_every_material() {
@@ -210,12 +316,14 @@ mod tests {
         for bsdf in all_materials() {
             let wo = direction(0.6, true);
             let scattering = bsdf.scatter(wo, Transport::Camera);
-            let expected = scattering.specular().fold(scattering.albedo, |sum, lobe| sum + lobe.weight());
+            let expected =
+                scattering.specular().fold(scattering.diffuse_share(), |sum, lobe| sum + lobe.weight());
             for choose in [Scattering::choose, Scattering::choose_any] {
                 let mut rng = Rng::new(11, Stream::Test, 0, 0);
                 let factors =
                     (0..N).filter_map(|_| choose(&scattering, rng.next_f32())).map(|choice| match choice {
-                        Choice::Diffuse { factor } | Choice::Specular { factor, .. } => factor.as_dvec3(),
+                        Choice::Diffuse { factor } => (factor * mean_entry(&bsdf)).as_dvec3(),
+                        Choice::Specular { factor, .. } => factor.as_dvec3(),
                     });
                 let mean = (factors.sum::<crate::math::DVec3>() / N as f64).as_vec3();
                 assert!(

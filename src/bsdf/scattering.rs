@@ -1,10 +1,10 @@
-use super::SPECULAR;
-use crate::math::{Rgb, Rng, Vec3, warp};
+use super::{Coat, GlossyLobe, SPECULAR};
+use crate::math::{Rgb, Rng, Vec2, Vec3, warp};
 
 /// What a path carries, which decides how it changes at a refracting interface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Transport {
-    /// Radiance along the specular chain from the camera. The course's fixed weights apply as they stand.
+    /// Radiance along a path from the camera before its first diffuse bounce. The course's fixed weights apply as they stand.
     Camera,
     /// Radiance along any later part of a path from the camera: refraction scales it by `1 / eta²`.
     Radiance,
@@ -28,14 +28,30 @@ pub enum Event {
     Diffuse,
     /// Mirror reflection, total internal reflection included.
     Reflection,
-    /// Refraction into the other side.
+    /// Refraction into the other side, or straight through a pane.
     Transmission,
+    /// Reflection by a facet of a rough surface.
+    GlossyReflection,
+    /// Refraction by a facet of a rough surface.
+    GlossyTransmission,
 }
 
-/// A perfectly specular continuation of a path.
+impl Event {
+    /// Whether the path goes on along the one direction that there is: what no light can be sampled for.
+    pub fn is_specular(self) -> bool {
+        matches!(self, Event::Reflection | Event::Transmission)
+    }
+
+    /// Whether the path goes on behind the surface.
+    pub fn crosses(self) -> bool {
+        matches!(self, Event::Transmission | Event::GlossyTransmission)
+    }
+}
+
+/// A continuation of a path along one direction: perfectly specular, or by the facet of a rough surface that was drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpecularLobe {
-    /// Reflection or transmission.
+    /// Reflection or transmission, and whether by a facet.
     pub event: Event,
     /// Where the path goes on, unit, local.
     pub wi: Vec3,
@@ -43,6 +59,8 @@ pub struct SpecularLobe {
     pub share: Rgb,
     /// What multiplies the share for the quantity that the path carries; 1 but for refracted radiance.
     pub scale: f32,
+    /// The density by which facets give `wi` (1/sr); infinite of a perfectly specular lobe.
+    pub pdf_w: f32,
 }
 
 impl SpecularLobe {
@@ -52,47 +70,80 @@ impl SpecularLobe {
     }
 }
 
-/// All that a surface does with light that comes along one direction: one diffuse and at most two specular lobes.
+/// All that a surface does with light that comes along one direction: one diffuse and at most two specular lobes, or those of
+/// a facet of a rough surface, once one is drawn.
 ///
 /// The shares of all lobes sum to at most 1 per channel; the rest is absorbed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scattering {
-    /// The diffuse lobe's share of the incident power; `f = albedo / π`.
+    /// `π f / T(wi)` of the diffuse lobe, where `T` is what passes the coat: its share of the incident power, where there is none.
     pub albedo: Rgb,
+    /// What lies on the diffuse base.
+    pub coat: Coat,
+    /// The mean of `T(wi)` over cosine-weighted directions.
+    enters: f32,
+    /// The rough share.
+    pub glossy: Option<GlossyLobe>,
     lobes: [Option<SpecularLobe>; 2],
 }
 
 /// The lobe that roulette chose, and the factor on the path: its weight over its probability.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Choice {
-    /// A diffuse bounce; the factor still lacks that of [`sample_diffuse`].
+    /// A diffuse bounce; the factor still lacks that of [`sample_diffuse`], and what of the light passes the coat.
     Diffuse {
         /// `albedo / p`.
         factor: Rgb,
     },
-    /// A specular bounce.
+    /// A specular bounce, or one by a facet.
     Specular {
-        /// Reflection or transmission.
+        /// Reflection or transmission, and whether by a facet.
         event: Event,
         /// Where the path goes on, unit, local.
         wi: Vec3,
         /// `weight / p`.
         factor: Rgb,
+        /// See [`SpecularLobe::pdf_w`].
+        pdf_w: f32,
     },
 }
 
 impl Scattering {
     /// Of a surface without specular lobes.
     pub fn diffuse(albedo: Rgb) -> Scattering {
-        Scattering { albedo, lobes: [None, None] }
+        Scattering { albedo, coat: Coat::NONE, enters: 1.0, glossy: None, lobes: [None, None] }
     }
 
     /// Lobes without any share are left out: they contribute nothing.
     pub fn new(albedo: Rgb, lobes: [Option<SpecularLobe>; 2]) -> Scattering {
-        Scattering { albedo, lobes: lobes.map(|lobe| lobe.filter(|l| l.share.max_element() > 0.0)) }
+        Scattering { lobes: lobes.map(with_share), ..Scattering::diffuse(albedo) }
     }
 
-    /// The specular lobes.
+    /// The same with a coat on the diffuse base that lets the share `enters` of diffuse light pass.
+    pub(super) fn under(self, coat: Coat, enters: f32) -> Scattering {
+        Scattering { coat, enters, ..self }
+    }
+
+    /// The diffuse lobe's share of the incident power.
+    pub fn diffuse_share(&self) -> Rgb {
+        self.albedo * self.enters
+    }
+
+    /// Of a rough surface.
+    pub fn rough(glossy: GlossyLobe) -> Scattering {
+        Scattering { glossy: Some(glossy), ..Scattering::diffuse(Rgb::ZERO) }
+    }
+
+    /// Draws a facet, by `u` in the unit square, where the surface is rough: the path goes on by what that does.
+    #[must_use]
+    pub fn with_facet(self, u: impl FnOnce() -> Vec2) -> Scattering {
+        match &self.glossy {
+            Some(glossy) => Scattering { lobes: glossy.facet(u()).map(with_share), ..self },
+            None => self,
+        }
+    }
+
+    /// The specular lobes, or those of the facet that was drawn.
     pub fn specular(&self) -> impl Iterator<Item = &SpecularLobe> {
         self.lobes.iter().take(if SPECULAR { 2 } else { 0 }).flatten()
     }
@@ -107,10 +158,11 @@ impl Scattering {
             let p = lobe.share.max_element();
             below += p;
             if u < below {
-                return Some(Choice::Specular { event: lobe.event, wi: lobe.wi, factor: lobe.weight() / p });
+                let SpecularLobe { event, wi, pdf_w, .. } = *lobe;
+                return Some(Choice::Specular { event, wi, factor: lobe.weight() / p, pdf_w });
             }
         }
-        let p = self.albedo.max_element();
+        let p = self.enters * self.albedo.max_element();
         (u < below + p).then(|| Choice::Diffuse { factor: self.albedo / p })
     }
 
@@ -118,7 +170,7 @@ impl Scattering {
     /// lowers the factor instead. `None` only of a surface without lobes.
     pub fn choose_any(&self, u: f32) -> Option<Choice> {
         let lobes = self.specular().map(|lobe| lobe.share.max_element()).sum::<f32>();
-        let survival = lobes + self.albedo.max_element();
+        let survival = lobes + self.enters * self.albedo.max_element();
         self.choose(u * survival).map(|choice| choice.scaled(survival))
     }
 }
@@ -127,9 +179,15 @@ impl Choice {
     fn scaled(self, by: f32) -> Choice {
         match self {
             Choice::Diffuse { factor } => Choice::Diffuse { factor: by * factor },
-            Choice::Specular { event, wi, factor } => Choice::Specular { event, wi, factor: by * factor },
+            Choice::Specular { event, wi, factor, pdf_w } => {
+                Choice::Specular { event, wi, factor: by * factor, pdf_w }
+            }
         }
     }
+}
+
+fn with_share(lobe: Option<SpecularLobe>) -> Option<SpecularLobe> {
+    lobe.filter(|lobe| lobe.share.max_element() > 0.0)
 }
 
 /// A direction of a diffuse bounce on the side of `wo`, and its factor `cos θ / (π pdf_w)`, all local.

@@ -6,7 +6,7 @@ use super::args::InfoArgs;
 use super::console::print;
 use super::error::{CliError, Outcome};
 use super::{load, memory};
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, Ggx, Interface, Plastic, RoughSurface};
 use crate::embree::Device;
 use crate::ppm::{Render, Settings, SetupStatistics, camera_pass};
 use crate::scene::{Material, Scene, SceneDesc};
@@ -102,6 +102,17 @@ fn describe(material: &Material) -> String {
         Bsdf::Diffuse { albedo } => format!("diffuse, albedo {albedo}"),
         Bsdf::Mirror { reflectance } => format!("mirror, reflectance {reflectance}"),
         Bsdf::Dielectric { ior } => format!("dielectric, ior {ior}"),
+        Bsdf::ThinDielectric { ior } => format!("pane, ior {ior}"),
+        Bsdf::Conductor { eta, k, reflectance } => {
+            format!("conductor, eta {eta}, k {k}, reflectance {reflectance}")
+        }
+        Bsdf::Plastic(Plastic { base, ior, .. }) => format!("plastic, base {base}, ior {ior}"),
+        Bsdf::Rough(RoughSurface { facets: Ggx { alpha }, interface }) => match interface {
+            Interface::Conductor { eta, k, reflectance } => {
+                format!("rough conductor, alpha {alpha}, eta {eta}, k {k}, reflectance {reflectance}")
+            }
+            Interface::Dielectric { ior } => format!("rough dielectric, alpha {alpha}, ior {ior}"),
+        },
         Bsdf::FixedWeight { color, reflectivity, transparency, ior } => format!(
             "fixed weights, color {color}, reflectivity {reflectivity}, transparency {transparency}, ior {ior}"
         ),

@@ -97,11 +97,7 @@ fn normal([a, b, c]: [Vec3; 3]) -> crate::math::DVec3 {
 
 /// Whether light goes through, so that the two sides differ.
 pub(super) fn has_an_inside(bsdf: &Bsdf) -> bool {
-    match *bsdf {
-        Bsdf::Diffuse { .. } | Bsdf::Mirror { .. } => false,
-        Bsdf::Dielectric { .. } => true,
-        Bsdf::FixedWeight { transparency, .. } => transparency > 0.0,
-    }
+    bsdf.ior().is_some()
 }
 
 fn spheres(desc: &SceneDesc) -> Option<Finding> {

@@ -2,7 +2,6 @@
 
 use super::places::{counted, first_of};
 use super::{Check, Finding, Severity};
-use crate::bsdf::Bsdf;
 use crate::scene::{Material, SceneDesc};
 
 pub(super) fn check(desc: &SceneDesc) -> Vec<Finding> {
@@ -30,11 +29,7 @@ pub(super) fn check(desc: &SceneDesc) -> Vec<Finding> {
 
 /// The ior of a surface that light passes.
 fn ior(material: &Material) -> Option<f32> {
-    match material.bsdf {
-        Bsdf::Diffuse { .. } | Bsdf::Mirror { .. } => None,
-        Bsdf::Dielectric { ior } => Some(ior),
-        Bsdf::FixedWeight { transparency, ior, .. } => (transparency > 0.0).then_some(ior),
-    }
+    material.bsdf.ior()
 }
 
 fn told(
@@ -70,6 +65,7 @@ fn unused(desc: &SceneDesc) -> Option<Finding> {
 mod tests {
     use super::super::testing::{GLASS, room};
     use super::*;
+    use crate::bsdf::Bsdf;
 
     fn found(edit: impl Fn(&mut SceneDesc)) -> String {
         let mut desc = room();

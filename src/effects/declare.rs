@@ -2,7 +2,7 @@
 //! or a property of the camera must say here what it asks for.
 
 use super::{Effect, EffectSet};
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, Interface, Plastic, RoughSurface};
 use crate::light::Light;
 use crate::math::{Rgb, mean};
 use crate::scene::{CameraDesc, FilmDesc, Material, PixelFilter};
@@ -17,15 +17,30 @@ pub fn of_material(material: &Material) -> EffectSet {
 ///
 /// Wherever light is refracted some may be mirrored, by Fresnel's law or by total internal reflection.
 pub fn of_bsdf(bsdf: &Bsdf) -> EffectSet {
-    let diffuse = EffectSet::NONE.with(Effect::Diffuse, bsdf.albedo() != Rgb::ZERO);
+    let diffuse = EffectSet::NONE.with(Effect::Diffuse, bsdf.albedo(1.0) != Rgb::ZERO);
     match *bsdf {
         Bsdf::Diffuse { albedo: _ } => diffuse,
         Bsdf::Mirror { reflectance } => diffuse.union(specular(reflectance.max_element() > 0.0, false)),
         Bsdf::Dielectric { ior: _ } => diffuse.union(specular(true, true)),
+        Bsdf::ThinDielectric { ior: _ } => diffuse.union(specular(true, true)),
+        Bsdf::Conductor { eta: _, k: _, reflectance } => {
+            diffuse.union(specular(reflectance.max_element() > 0.0, false))
+        }
+        Bsdf::Plastic(Plastic { base: _, ior: _, nonlinear: _, .. }) => diffuse.union(specular(true, false)),
+        Bsdf::Rough(RoughSurface { facets: _, interface }) => {
+            diffuse.with(Effect::Glossy, has_share(interface))
+        }
         Bsdf::FixedWeight { color: _, reflectivity, transparency, ior: _ } => {
             let refracts = transparency > 0.0;
             diffuse.union(specular(reflectivity > 0.0 || refracts, refracts))
         }
+    }
+}
+
+fn has_share(interface: Interface) -> bool {
+    match interface {
+        Interface::Conductor { eta: _, k: _, reflectance } => reflectance.max_element() > 0.0,
+        Interface::Dielectric { ior: _ } => true,
     }
 }
 
@@ -57,7 +72,7 @@ pub fn of_film(film: &FilmDesc) -> EffectSet {
 
 /// Whether light goes on behind the surface. What does not let it through can part a scene.
 pub(super) fn is_clear(material: &Material) -> bool {
-    of_bsdf(&material.bsdf).contains(Effect::SpecularTransmission)
+    material.bsdf.transmits()
 }
 
 /// Whether paths go on along one direction.
@@ -68,7 +83,7 @@ pub(super) fn is_caster(effects: EffectSet) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bsdf::{Event, Transport};
+    use crate::bsdf::{Event, Ggx, Transport};
     use crate::math::{Rng, Stream, Vec3, warp};
 
     fn fixed(color: f32, reflectivity: f32, transparency: f32) -> Bsdf {
@@ -78,6 +93,13 @@ mod tests {
     fn materials() -> Vec<Bsdf> {
         let shares = [0.0, 0.3, 1.0];
         let mut all = vec![Bsdf::Dielectric { ior: 1.5 }, Bsdf::Dielectric { ior: 0.5 }];
+        all.extend([Bsdf::ThinDielectric { ior: 1.5 }, Bsdf::Plastic(Plastic::new(Rgb::ONE, 1.5, true))]);
+        all.push(rough(Interface::Dielectric { ior: 1.5 }));
+        for reflectance in [Rgb::ZERO, Rgb::X] {
+            let (eta, k) = (Rgb::ONE, Rgb::ONE);
+            all.push(Bsdf::Conductor { eta, k, reflectance });
+            all.push(rough(Interface::Conductor { eta, k, reflectance }));
+        }
         for share in shares.map(Rgb::splat).into_iter().chain([Rgb::Y]) {
             all.extend([Bsdf::Diffuse { albedo: share }, Bsdf::Mirror { reflectance: share }]);
         }
@@ -89,6 +111,10 @@ mod tests {
         all
     }
 
+    fn rough(interface: Interface) -> Bsdf {
+        Bsdf::Rough(RoughSurface { facets: Ggx { alpha: 0.3 }, interface })
+    }
+
     /// Whatever lobe a surface has for any direction was declared, and nothing else was.
     #[test]
     fn surfaces_do_what_they_declare() {
@@ -97,10 +123,13 @@ mod tests {
             for index in 0..2000 {
                 let mut rng = Rng::new(1, Stream::Test, 0, index);
                 let wo = warp::square_to_uniform_sphere(rng.next_vec2());
-                let scattering = bsdf.scatter(wo, Transport::Power);
+                let scattering = bsdf.scatter(wo, Transport::Power).with_facet(|| rng.next_vec2());
                 found = found.with(Effect::Diffuse, scattering.albedo != Rgb::ZERO);
                 for lobe in scattering.specular() {
                     found = match lobe.event {
+                        Event::GlossyReflection | Event::GlossyTransmission => {
+                            found.with(Effect::Glossy, true)
+                        }
                         Event::Transmission => found.with(Effect::SpecularTransmission, true),
                         Event::Reflection | Event::Diffuse => found.with(Effect::SpecularReflection, true),
                     };

@@ -11,6 +11,8 @@ pub enum Effect {
     SpecularReflection,
     /// Surfaces refract.
     SpecularTransmission,
+    /// Surfaces are rough: they mirror or refract by facets.
+    Glossy,
     /// Lamps that the camera may see.
     Emission,
     /// Lights without extent.
@@ -25,10 +27,11 @@ pub enum Effect {
 
 impl Effect {
     /// All of them, in the order of the variants.
-    pub const ALL: [Effect; 8] = [
+    pub const ALL: [Effect; 9] = [
         Effect::Diffuse,
         Effect::SpecularReflection,
         Effect::SpecularTransmission,
+        Effect::Glossy,
         Effect::Emission,
         Effect::DeltaLight,
         Effect::AreaLight,
@@ -42,6 +45,7 @@ impl Effect {
             Effect::Diffuse => "diffuse reflection",
             Effect::SpecularReflection => "specular reflection",
             Effect::SpecularTransmission => "specular transmission",
+            Effect::Glossy => "rough surfaces",
             Effect::Emission => "lamps in the picture",
             Effect::DeltaLight => "point lights",
             Effect::AreaLight => "area lights",
@@ -67,7 +71,7 @@ impl Serialize for Effect {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct EffectSet {
     /// One bit each, by the order of the variants.
-    bits: u8,
+    bits: u16,
 }
 
 impl EffectSet {
@@ -95,7 +99,7 @@ impl EffectSet {
     }
 }
 
-fn bit(effect: Effect) -> u8 {
+fn bit(effect: Effect) -> u16 {
     1 << effect as u8
 }
 

@@ -17,6 +17,7 @@ const CASTER: Wanted = Wanted {
 };
 const MIRROR: Wanted = Wanted { effects: &[Effect::SpecularReflection], absent: "no surface mirrors" };
 const GLASS: Wanted = Wanted { effects: &[Effect::SpecularTransmission], absent: "no surface refracts" };
+const ROUGH: Wanted = Wanted { effects: &[Effect::Glossy], absent: "no surface is rough" };
 const LAMP: Wanted = Wanted { effects: &[Effect::Emission], absent: "no surface shines" };
 
 /// What the rules go by: for each thing what calls for it, or why it contributes nothing.
@@ -34,6 +35,10 @@ pub(super) struct Facts {
     caster: Verdict,
     mirror: Verdict,
     glass: Verdict,
+    /// A rough surface that light or the camera reaches.
+    rough: Verdict,
+    /// Any that there is.
+    any_rough: Verdict,
     lamp: Verdict,
     lens: Verdict,
     filter: Verdict,
@@ -52,6 +57,8 @@ impl Facts {
             caster: reach.lit(CASTER),
             mirror: reach.reached(MIRROR),
             glass: reach.reached(GLASS),
+            rough: reach.reached(ROUGH),
+            any_rough: any_rough(scene),
             lamp: reach.seen(LAMP),
             lens: lens(scene),
             filter: filter(scene),
@@ -70,11 +77,18 @@ impl Facts {
             caster: on(),
             mirror: on(),
             glass: on(),
+            rough: on(),
+            any_rough: any_rough(scene),
             lamp: on(),
             lens: lens(scene),
             filter: filter(scene),
         }
     }
+}
+
+/// Without looking at barriers: what asks for other eye paths asks for another picture.
+fn any_rough(scene: &Scene) -> Verdict {
+    if scene.any_glossy() { Ok("some surface is rough".into()) } else { Err(ROUGH.absent.into()) }
 }
 
 /// A pinhole sees along one ray what a lens sees along many.
@@ -104,6 +118,7 @@ pub(super) fn effects(facts: &Facts) -> Vec<Decision> {
         Effect::Diffuse => &facts.seen_receiver,
         Effect::SpecularReflection => &facts.mirror,
         Effect::SpecularTransmission => &facts.glass,
+        Effect::Glossy => &facts.rough,
         Effect::Emission => &facts.lamp,
         Effect::DeltaLight => &facts.points,
         Effect::AreaLight => &facts.areas,
@@ -126,7 +141,9 @@ pub(super) fn paths(facts: &Facts, class: PathClass) -> Verdict {
     let light = facts.light.clone()?;
     match (class, facts.receiver.clone()) {
         (PathClass::Direct, Ok(_)) => Ok(light),
-        (PathClass::Direct, Err(because)) => facts.lamp.clone().map_err(|_| because),
+        (PathClass::Direct, Err(because)) => {
+            facts.lamp.clone().or_else(|_| facts.any_rough.clone()).map_err(|_| because)
+        }
         (PathClass::Caustic, receiver) => receiver.and_then(|_| facts.caster.clone()),
         (PathClass::Indirect, receiver) => receiver,
     }
@@ -154,11 +171,11 @@ pub(super) fn refraction(facts: &Facts) -> Verdict {
     facts.glass.clone()
 }
 
-/// Whether any path may meet a surface that mirrors or refracts.
+/// Whether any path may meet a surface that mirrors or refracts, be it rough.
 ///
 /// Proof: as that of [`refraction`].
 pub(super) fn casters(facts: &Facts) -> Verdict {
-    facts.mirror.clone().or_else(|_| facts.glass.clone())
+    facts.mirror.clone().or_else(|_| facts.glass.clone()).or_else(|_| facts.rough.clone())
 }
 
 /// Whether photons aimed at casters could help.
@@ -175,10 +192,11 @@ pub(super) fn aiming(facts: &Facts, classes: PathClasses) -> Verdict {
 /// Whether a pixel sees another point in each pass.
 ///
 /// Proof: through a pinhole and without a filter a pixel is the mean over its samples, each of which ends at points that are
-/// known once and for all.
+/// known once and for all: where all surfaces on its way are smooth, no direction is drawn.
 pub(super) fn retracing(facts: &Facts) -> Verdict {
-    let filter = facts.filter.clone();
-    facts.lens.clone().or_else(|pinhole| filter.map_err(|points| format!("{pinhole}, and {points}")))
+    let otherwise = |verdict: &Verdict, why: String| verdict.clone().map_err(|also| format!("{why}, {also}"));
+    let filter = |pinhole| otherwise(&facts.filter, pinhole);
+    facts.lens.clone().or_else(filter).or_else(|why| otherwise(&facts.any_rough, why))
 }
 
 /// Lights that are left out.

@@ -57,6 +57,8 @@ pub struct IlluminationSample {
     pub wi: Vec3,
     /// Irradiance on a surface that faces the light, over the density of the sample (W/m²).
     pub irradiance: Rgb,
+    /// The density of `wi` (1/sr); infinite of a light without extent.
+    pub pdf_w: f32,
 }
 
 impl Light {
@@ -89,15 +91,17 @@ impl Light {
                 let (wi, distance2) = direction(p, position)?;
                 let target_error = RELATIVE_POSITION_ERROR * position.abs().max_element();
                 let irradiance = intensity / distance2;
-                Some(IlluminationSample { target: position, target_error, wi, irradiance })
+                let pdf_w = f32::INFINITY;
+                Some(IlluminationSample { target: position, target_error, wi, irradiance, pdf_w })
             }
             Light::Triangle { corners, radiance } => {
                 let (point, ng, target_error) = (point_on(&corners, u), normal(&corners), error(&corners));
                 let (wi, distance2) = direction(p, point)?;
                 let cos = -ng.dot(wi);
-                let irradiance = radiance * (cos * area(&corners) / distance2);
+                let solid_angle = cos * area(&corners) / distance2;
+                let (irradiance, pdf_w) = (radiance * solid_angle, solid_angle.recip());
                 let target = offset_origin(point, target_error, ng, -wi);
-                (cos > 0.0).then_some(IlluminationSample { target, target_error, wi, irradiance })
+                (cos > 0.0).then_some(IlluminationSample { target, target_error, wi, irradiance, pdf_w })
             }
         }
     }

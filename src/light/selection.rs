@@ -1,3 +1,5 @@
+use std::f64::consts::PI;
+
 use super::emitter::Emitter;
 use super::{EmissionSample, IlluminationSample, Light};
 use crate::math::{Rgb, Rng, UNIT, Vec3, mean};
@@ -13,6 +15,8 @@ pub struct Lights {
     emitters: Vec<Emitter>,
     photons: Distribution,
     shadows: Distribution,
+    /// The mean flux of all area lights (W).
+    area_flux: f64,
 }
 
 impl Lights {
@@ -23,7 +27,8 @@ impl Lights {
         let photons = Distribution::by_flux(delta.iter().chain(&area));
         let shadows = Distribution::by_flux(&area);
         let emitters = delta.iter().chain(&area).copied().map(Emitter::new).collect();
-        Lights { delta, area, emitters, photons, shadows }
+        let area_flux = area.iter().map(|light| f64::from(mean(light.flux()))).sum();
+        Lights { delta, area, emitters, photons, shadows, area_flux }
     }
 
     /// Those whose numbers, in the order of [`Lights::iter`], are to be kept.
@@ -90,7 +95,17 @@ impl Lights {
     pub fn illuminate_area(&self, p: Vec3, rng: &mut Rng) -> Option<IlluminationSample> {
         let (index, probability) = self.shadows.choose(draw_choice(rng))?;
         let sample = self.area.get(index)?.illuminate(p, rng.next_vec2())?;
-        Some(IlluminationSample { irradiance: sample.irradiance / probability, ..sample })
+        let (irradiance, pdf_w) = (sample.irradiance / probability, probability * sample.pdf_w);
+        Some(IlluminationSample { irradiance, pdf_w, ..sample })
+    }
+
+    /// The density by which [`Lights::illuminate_area`] chooses the direction to a point of an area light (1/sr): lights are
+    /// chosen by flux, so it is `π L / Φ · d² / cos θ` for the mean radiance `L` and the flux `Φ` of all of them.
+    ///
+    /// `cos` is that of the angle at the light, `distance2` the squared distance.
+    pub fn area_pdf_w(&self, radiance: Rgb, cos: f32, distance2: f32) -> f32 {
+        let share = f64::from(mean(radiance)) * PI / self.area_flux;
+        (share * f64::from(distance2) / f64::from(cos)) as f32
     }
 }
 

@@ -24,6 +24,20 @@ pub use solid_angle::solid_angle;
 /// A linear RGB triple: a reflectance, a power (W), a radiance (W/m²/sr) or a dimensionless weight.
 pub type Rgb = Vec3;
 
+/// The weight of a sample whose density is `own`, where others of density `other` find the same: the balance heuristic
+/// `own / (own + other)`, which is 1 for an infinite `own`.
+///
+/// # Source
+/// Veach and Guibas, "Optimally Combining Sampling Techniques for Monte Carlo Rendering", SIGGRAPH 1995.
+///
+/// ```
+/// use caustica::math::balance;
+/// assert_eq!([balance(1.0, 3.0), balance(f32::INFINITY, 3.0), balance(1.0, f32::INFINITY)], [0.25, 1.0, 0.0]);
+/// ```
+pub fn balance(own: f32, other: f32) -> f32 {
+    if own.is_infinite() { 1.0 } else { own / (own + other) }
+}
+
 /// The mean of the three channels: the scalar that roulette and light selection go by.
 ///
 /// ```

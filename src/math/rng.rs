@@ -26,6 +26,8 @@ pub enum Stream {
     Lens,
     /// Emission and bounces of photons that are aimed at casters of caustics.
     AimedPhoton,
+    /// Facets of rough surfaces on eye paths, and light that these reflect straight from its source.
+    Facet,
 }
 
 /// A counter-based generator: number `dimension` of `(seed, stream, pass, index)` is a pure function of these five.

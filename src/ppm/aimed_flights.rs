@@ -6,7 +6,7 @@ use super::mixture::Mixture;
 use super::photon_pass::PhotonChunk;
 use super::wavefront::{Course, MAX_SEGMENTS, Onward, go_on};
 use super::{Ledger, Photon};
-use crate::bsdf::{Event, SpecularLobe, Transport};
+use crate::bsdf::{SpecularLobe, Transport};
 use crate::math::{DVec3, Ray, Rgb, Rng, Stream};
 use crate::scene::{Coherence, HitPacket, RayPacket, SurfaceHit};
 use crate::simd::LANES;
@@ -100,9 +100,11 @@ fn arrive(
     hit: &SurfaceHit,
     chunk: &mut PhotonChunk,
 ) -> Option<Flight> {
-    let scattering = course.stage.scene.scatter(hit, Transport::Power);
+    let mut rng = numbers(course, flight.path, segment);
+    let scattering = course.stage.scene.scatter(hit, Transport::Power).with_facet(|| rng.next_vec2());
     if segment > 1 && scattering.albedo.max_element() > 0.0 {
-        let photon = Photon { wi: hit.wo, ng: hit.receiver().ng, power: flight.power };
+        let enters = scattering.coat.transmittance(hit.normal.dot(hit.wo));
+        let photon = Photon { wi: hit.wo, ng: hit.receiver().ng, power: flight.power * enters };
         chunk.caustic.positions.push(hit.p);
         chunk.caustic.photons.push(photon);
         chunk.ratios.push(flight.ratio);
@@ -111,8 +113,8 @@ fn arrive(
     let Ledger { flux, absorbed, dropped, .. } = &mut chunk.ledger;
     flux.land(flight.power.as_dvec3(), DVec3::ZERO);
     flux.send_on(flight.power, scattering.specular().map(SpecularLobe::weight).sum());
-    let onward = go_on(hit, &scattering, course.settings, &mut numbers(course, flight.path, segment));
-    let specular = onward.filter(|onward| onward.event != Event::Diffuse);
+    let onward = go_on(hit, &scattering, course.settings, &mut rng);
+    let specular = onward.filter(|onward| onward.event.is_specular());
     let Some(Onward { ray, factor, correction, .. }) = specular else {
         *absorbed += 1;
         return None;

@@ -3,10 +3,12 @@
 //! Where glass is in glass such a tree doubles from event to event. So branches fainter than 1/4096 of their sample follow one
 //! way, chosen by roulette: what they find is right on average, and no more than some thousand can be brighter.
 
+use std::f32::consts::PI;
+
 use rayon::prelude::*;
 
 use super::{HitPoint, HitPoints, Settings, Stage};
-use crate::bsdf::{Choice, Event, Transport};
+use crate::bsdf::{Choice, Event, Scattering, Transport};
 use crate::math::{Ray, Rgb, Rng, Stream, Vec2, mean};
 use crate::scene::{Coherence, Scene, SurfaceHit};
 
@@ -17,7 +19,7 @@ pub struct EyePass {
     pub hit_points: HitPoints,
     /// Radiance of the lights that are seen directly or along specular chains, by pixel.
     pub emitted: Vec<Rgb>,
-    /// Rays traced.
+    /// Rays traced; those from rough surfaces to lights are among them.
     pub rays: u64,
     /// The share of the picture's weight that was cut at the depth limit.
     pub cut_weight: f64,
@@ -175,23 +177,26 @@ struct Branch {
     depth: u32,
     /// Which branch of which sample it is: a hash of the turns that it took.
     key: u32,
+    /// The density of its direction (1/sr) where a facet of a rough surface gave that; else infinite.
+    pdf_w: f32,
 }
 
 impl Branch {
     fn first(weight: f32, pixel: u32, sample: u32) -> Branch {
-        Branch { weight: Rgb::splat(weight), length: 0.0, pixel, depth: 0, key: sample }
+        let (weight, key) = (Rgb::splat(weight), sample);
+        Branch { weight, length: 0.0, pixel, depth: 0, key, pdf_w: f32::INFINITY }
     }
 
-    fn after(&self, event: Event, weight: Rgb, length: f32) -> Branch {
+    fn after(&self, event: Event, pdf_w: f32, weight: Rgb, length: f32) -> Branch {
         const SPREAD: u32 = 0x9E37_79B1;
         let key = self.key.wrapping_add(event as u32 + 1).wrapping_mul(SPREAD);
-        Branch { weight, length, depth: self.depth + 1, key, ..*self }
+        Branch { weight, length, depth: self.depth + 1, key, pdf_w, ..*self }
     }
 
-    /// Uniform in `[0, 1)`, for its roulette.
-    fn draw(&self, Course { settings, pass, .. }: Course) -> f32 {
+    /// Its numbers: of each stream others.
+    fn rng(&self, stream: Stream, Course { settings, pass, .. }: Course) -> Rng {
         let index = u64::from(pass) << 32 | u64::from(self.pixel);
-        Rng::new(settings.key_of_eye_paths(), Stream::EyeRoulette, self.key, index).next_f32()
+        Rng::new(settings.key_of_eye_paths(), stream, self.key, index)
     }
 }
 
@@ -260,49 +265,62 @@ impl EyeTrees<'_> {
     #[inline(always)]
     fn visit(&mut self, branch: &Branch, hit: &SurfaceHit, waiting: &mut [Front; 2]) {
         let scene = self.course.stage.scene;
-        let emission = scene.emission(hit);
+        let emission = scene.found_emission(self.course.stage.lights, hit, branch.pdf_w);
         if emission != Rgb::ZERO {
             self.tile.emitted.push((branch.pixel, branch.weight * emission));
         }
         let length = branch.length + hit.t;
-        if scene.albedo(hit) != Rgb::ZERO {
-            self.leave_hit_point(branch, length, hit);
+        let albedo = scene.albedo(hit);
+        if albedo != Rgb::ZERO {
+            self.leave_hit_point(branch.weight * albedo / PI, branch.pixel, length, hit);
         }
         if self.course.stage.casters {
             self.branch_on(branch, length, hit, waiting);
         }
     }
 
-    /// Follows the specular lobes: all of them, or one chosen by roulette where the branch is faint.
+    /// Follows the specular lobes, or those of a facet: all of them, or one chosen by roulette where the branch is faint.
     fn branch_on(&mut self, branch: &Branch, length: f32, hit: &SurfaceHit, waiting: &mut [Front; 2]) {
-        let Course { stage: Stage { scene, .. }, settings, .. } = self.course;
-        let scattering = scene.scatter(hit, Transport::Camera);
-        let mut go_on = |event, wi, factor| {
-            let branch = branch.after(event, branch.weight * factor, length);
+        let settings = self.course.settings;
+        let scattering = self.scattering(branch, hit);
+        let mut go_on = |event: Event, wi, factor, pdf_w| {
+            let branch = branch.after(event, pdf_w, branch.weight * factor, length);
             let Some(ray) = hit.continue_along(event, hit.frame().to_world(wi)) else { return };
             if branch.depth <= settings.depth {
-                waiting[usize::from(event == Event::Transmission)].push(ray, branch);
+                waiting[usize::from(event.crosses())].push(ray, branch);
             } else {
                 self.tile.cut_weight += f64::from(mean(branch.weight));
             }
         };
         if mean(branch.weight) >= self.split_weight {
-            scattering.specular().for_each(|lobe| go_on(lobe.event, lobe.wi, lobe.weight()));
-        } else if let Some(Choice::Specular { event, wi, factor }) =
-            scattering.choose(branch.draw(self.course))
+            scattering.specular().for_each(|lobe| go_on(lobe.event, lobe.wi, lobe.weight(), lobe.pdf_w));
+        } else if let Some(Choice::Specular { event, wi, factor, pdf_w }) =
+            scattering.choose(branch.rng(Stream::EyeRoulette, self.course).next_f32())
         {
-            go_on(event, wi, factor);
+            go_on(event, wi, factor, pdf_w);
         }
     }
 
-    fn leave_hit_point(&mut self, branch: &Branch, length: f32, hit: &SurfaceHit) {
-        self.tile.hit_points.push(HitPoint {
-            receiver: hit.receiver(),
-            weight: branch.weight,
-            pixel: branch.pixel,
-            material: hit.material,
-            footprint: length * self.pixel_width,
-        });
+    /// The lobes at `hit`; of a rough surface those of a facet, and the light that it reflects straight from its sources is
+    /// added up.
+    // Inlined for the same reason as `Surface::at`.
+    #[inline(always)]
+    fn scattering(&mut self, branch: &Branch, hit: &SurfaceHit) -> Scattering {
+        let Stage { scene, lights, .. } = self.course.stage;
+        let scattering = scene.scatter(hit, Transport::Camera);
+        let Some(glossy) = scattering.glossy else { return scattering };
+        let mut rng = branch.rng(Stream::Facet, self.course);
+        let facet = rng.next_vec2();
+        let (radiance, rays) = scene.direct_on_rough(lights, hit, &glossy, &mut rng);
+        self.tile.emitted.push((branch.pixel, branch.weight * radiance));
+        self.tile.rays += u64::from(rays);
+        scattering.with_facet(|| facet)
+    }
+
+    fn leave_hit_point(&mut self, reflectance: Rgb, pixel: u32, length: f32, hit: &SurfaceHit) {
+        let receiver = self.course.stage.scene.receiver(hit);
+        let footprint = length * self.pixel_width;
+        self.tile.hit_points.push(HitPoint { receiver, reflectance, pixel, footprint });
     }
 }
 
@@ -361,19 +379,23 @@ mod tests {
             self.pixels[pixel][1] += f64::from(mean(weight * scene.emission(&hit)));
             let scattering = scene.scatter(&hit, Transport::Camera);
             if scattering.albedo != Rgb::ZERO {
-                self.pixels[pixel][0] += f64::from(mean(weight));
+                self.pixels[pixel][0] += f64::from(mean(weight * scattering.albedo / PI));
                 self.hit_points += 1;
             }
             let ways: Vec<(Event, Vec3, Rgb)> = if mean(weight) * settings.samples as f32 >= SPLIT_WEIGHT {
                 scattering.specular().map(|lobe| (lobe.event, lobe.wi, lobe.weight())).collect()
             } else {
-                match scattering.choose(branch.draw(Course { stage: scene.into(), settings, pass: 0 })) {
-                    Some(Choice::Specular { event, wi, factor }) => vec![(event, wi, factor)],
+                match scattering.choose(
+                    branch
+                        .rng(Stream::EyeRoulette, Course { stage: scene.into(), settings, pass: 0 })
+                        .next_f32(),
+                ) {
+                    Some(Choice::Specular { event, wi, factor, .. }) => vec![(event, wi, factor)],
                     _ => vec![],
                 }
             };
             for (event, wi, factor) in ways {
-                let next = branch.after(event, weight * factor, 0.0);
+                let next = branch.after(event, f32::INFINITY, weight * factor, 0.0);
                 match hit.continue_along(event, hit.frame().to_world(wi)) {
                     Some(ray) if next.depth <= settings.depth => self.follow(scene, &ray, next, settings),
                     Some(_) => self.cut_weight += f64::from(mean(next.weight)) / f64::from(SIZE.0 * SIZE.1),
@@ -386,7 +408,7 @@ mod tests {
     fn pixels(eye: &EyePass) -> Vec<Pixel> {
         let mut pixels: Vec<Pixel> = eye.emitted.iter().map(|e| [0.0, f64::from(mean(*e))]).collect();
         for hit_point in eye.hit_points.iter() {
-            pixels[hit_point.pixel as usize][0] += f64::from(mean(hit_point.weight));
+            pixels[hit_point.pixel as usize][0] += f64::from(mean(hit_point.reflectance));
         }
         pixels
     }

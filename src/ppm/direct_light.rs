@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::direct::{Sampled, sample_once};
 use super::pixel_light::PixelLight;
 use super::pixel_lists::PixelLists;
-use super::{DirectPass, ForeignState, HitPoint, Stage, reflectance};
+use super::{DirectPass, ForeignState, HitPoint, Stage};
 use crate::effects::EyePaths;
 use crate::math::{DVec3, Rgb};
 
@@ -61,7 +61,7 @@ impl DirectLight {
         emitted: &[Rgb],
     ) {
         let DirectLight::Retraced { light, view } = self else { return };
-        *view = PixelLists::new(hit_points, emitted.len(), |h| reflectance(stage.scene, h));
+        *view = PixelLists::new(hit_points, emitted.len(), |h| h.reflectance);
         let irradiance = sample_once(stage, hit_points, keys, seed, light.passes);
         light.add_pass(view, emitted, irradiance);
     }

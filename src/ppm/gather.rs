@@ -242,6 +242,7 @@ mod tests {
     use super::super::statistic::{SingleState, Statistic};
     use super::super::{GatherState, HitPoint};
     use super::*;
+    use crate::bsdf::Coat;
     use crate::bvh::Sphere;
     use crate::math::{Frame, Rng, Stream, Vec3, mean, warp};
 
@@ -251,7 +252,7 @@ mod tests {
 
     #[test]
     fn only_the_side_that_is_seen_accepts_photons() {
-        let floor = Receiver { p: Vec3::ZERO, p_error: 0.0, ng: Vec3::Y, ns: Vec3::Y };
+        let floor = Receiver { p: Vec3::ZERO, p_error: 0.0, ng: Vec3::Y, ns: Vec3::Y, coat: Coat::NONE };
         let slanted = Vec3::new(0.6, 0.8, 0.0);
         assert_eq!(received(&floor, &photon(slanted, Vec3::Y)), Some(Rgb::ONE));
         assert_eq!(received(&floor, &photon(-slanted, Vec3::NEG_Y)), None, "back of a thin wall");
@@ -262,7 +263,13 @@ mod tests {
     /// Flux counts by the true surface, irradiance by the shading normal.
     #[test]
     fn shading_normal_weighs_the_flux() {
-        let tilted = Receiver { p: Vec3::ZERO, p_error: 0.0, ng: Vec3::Y, ns: Vec3::new(0.6, 0.8, 0.0) };
+        let tilted = Receiver {
+            p: Vec3::ZERO,
+            p_error: 0.0,
+            ng: Vec3::Y,
+            ns: Vec3::new(0.6, 0.8, 0.0),
+            coat: Coat::NONE,
+        };
         assert_eq!(received(&tilted, &photon(Vec3::Y, Vec3::Y)), Some(Rgb::splat(0.8)));
         let away = Vec3::new(-0.9, 0.43589, 0.0);
         assert_eq!(received(&tilted, &photon(away, Vec3::Y)), None, "it faces away from such light");
@@ -277,8 +284,8 @@ mod tests {
         let ng = if rng.next_f32() < 0.5 { Vec3::Y } else { vector(rng) };
         let ns = if smooth { (ng + 1.5 * rng.next_f32() * vector(rng)).normalize() } else { ng };
         let p = Vec3::new(rng.next_f32(), 0.0, rng.next_f32());
-        let receiver = Receiver { p, p_error: 0.0, ng, ns };
-        HitPoint { receiver, weight: Rgb::ONE, pixel: 0, material: 0, footprint: 0.0 }
+        let receiver = Receiver { p, p_error: 0.0, ng, ns, coat: Coat::NONE };
+        HitPoint { receiver, reflectance: Rgb::ONE, pixel: 0, footprint: 0.0 }
     }
 
     fn deposits(rng: &mut Rng, n: usize) -> Vec<Deposits> {

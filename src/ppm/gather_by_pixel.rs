@@ -145,6 +145,7 @@ mod tests {
     use super::super::photon_pass::Deposits;
     use super::super::{HitPoint, Photon, Precision, RadiusPolicy, received};
     use super::*;
+    use crate::bsdf::Coat;
     use crate::bvh::Sphere;
     use crate::math::{DVec3, Rgb, Rng, Stream, Vec3, warp};
     use crate::scene::Receiver;
@@ -153,11 +154,11 @@ mod tests {
 
     fn hit_point(rng: &mut Rng) -> HitPoint {
         let p = Vec3::new(rng.next_f32(), 0.0, rng.next_f32());
-        let receiver = Receiver { p, p_error: 0.0, ng: Vec3::Y, ns: Vec3::Y };
+        let receiver = Receiver { p, p_error: 0.0, ng: Vec3::Y, ns: Vec3::Y, coat: Coat::NONE };
         let weight = Rgb::new(rng.next_f32(), rng.next_f32(), 0.5);
         // The last pixel sees nothing.
         let pixel = (rng.next_f32() * (PIXELS - 1) as f32) as u32;
-        HitPoint { receiver, weight, pixel, material: 0, footprint: 0.0 }
+        HitPoint { receiver, reflectance: weight, pixel, footprint: 0.0 }
     }
 
     fn deposits(rng: &mut Rng) -> Deposits {
@@ -182,7 +183,7 @@ mod tests {
             let sphere = Sphere { center: h.receiver.p, radius };
             for (p, photon) in photons.positions.iter().zip(&photons.photons) {
                 if let Some(flux) = received(&h.receiver, photon).filter(|_| sphere.contains(*p)) {
-                    sum.flux += h.weight.as_dvec3() * flux.as_dvec3();
+                    sum.flux += h.reflectance.as_dvec3() * flux.as_dvec3();
                     sum.accepted += 1;
                 }
             }
@@ -202,7 +203,7 @@ mod tests {
             let sphere = |h: &HitPoint| Sphere { center: h.receiver.p, radius: radius_of(h.pixel as usize) };
             let (mut tree, order) = SphereBvh::build(&hit_points.iter().map(sphere).collect::<Vec<_>>());
             let ordered: Vec<HitPoint> = order.iter().map(|&k| hit_points[k as usize]).collect();
-            let lists = PixelLists::new(&ordered, PIXELS, |h| h.weight);
+            let lists = PixelLists::new(&ordered, PIXELS, |h| h.reflectance);
             let (deposits, facets) = (deposits(&mut rng), Facets::of(&ordered));
             let photons = Photons(vec![&deposits]);
             let found = gather_by_pixel(&mut tree, &facets, &photons, 0.7, &lists, &mut pixels);

@@ -10,12 +10,11 @@ use crate::scene::Receiver;
 pub struct HitPoint {
     /// The point with its geometric and shading normal.
     pub receiver: Receiver,
-    /// The factor from the radiance here to the pixel: 1 / samples, times the weights along the specular chain.
-    pub weight: Rgb,
+    /// The factor from the irradiance here to the radiance of the pixel, `weight · albedo / π`: the weight is 1 / samples, times those
+    /// along the specular chain.
+    pub reflectance: Rgb,
     /// Number of the pixel, row by row from the top left.
     pub pixel: u32,
-    /// Number of the material.
-    pub material: u32,
     /// The width of a pixel at the length of the eye path, in scene units.
     pub footprint: f32,
 }

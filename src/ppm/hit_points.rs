@@ -67,13 +67,14 @@ impl HitPoints {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bsdf::Coat;
     use crate::math::{Rgb, Vec3};
     use crate::scene::Receiver;
     use proptest::prelude::*;
 
     fn numbered(pixel: u32) -> HitPoint {
-        let receiver = Receiver { p: Vec3::ZERO, p_error: 0.0, ng: Vec3::Y, ns: Vec3::Y };
-        HitPoint { receiver, weight: Rgb::ONE, pixel, material: 0, footprint: 0.0 }
+        let receiver = Receiver { p: Vec3::ZERO, p_error: 0.0, ng: Vec3::Y, ns: Vec3::Y, coat: Coat::NONE };
+        HitPoint { receiver, reflectance: Rgb::ONE, pixel, footprint: 0.0 }
     }
 
     proptest! {

@@ -72,7 +72,6 @@ pub use stage::Stage;
 pub use statistic::Precision;
 pub use statistics::{CollectorStatistics, PassStatistics, PhaseSeconds, RadiusRange, SetupStatistics};
 
-use std::f32::consts::PI;
 use std::sync::OnceLock;
 
 use rayon::prelude::*;
@@ -81,7 +80,7 @@ use crate::bvh::{Sphere, SphereBvh};
 use crate::effects::{EyePaths, PathClass, PathClasses, Plan};
 use crate::film::Image;
 use crate::light::Lights;
-use crate::math::{DVec3, Rgb};
+use crate::math::DVec3;
 use crate::scene::Scene;
 use accuracy::{BatchMeans, sampling_step};
 use collector::{Collector, Keeper, View};
@@ -306,9 +305,8 @@ impl<'s> Render<'s> {
     }
 
     fn pixel_lists(&self) -> &PixelLists {
-        self.pixel_lists.get_or_init(|| {
-            PixelLists::new(&self.hit_points, pixels(self.scene), |h| reflectance(self.scene, h))
-        })
+        self.pixel_lists
+            .get_or_init(|| PixelLists::new(&self.hit_points, pixels(self.scene), |h| h.reflectance))
     }
 
     /// Whether a pixel saw no hit point in any pass.
@@ -427,11 +425,6 @@ fn batch_means(settings: &Settings, pixels: usize) -> Option<BatchMeans> {
         ErrorEstimates::Picture => Some(BatchMeans::new(pixels, sampling_step(pixels))),
         ErrorEstimates::Pixels => Some(BatchMeans::new(pixels, 1)),
     }
-}
-
-/// The factor from the irradiance at a hit point to the radiance of its pixel: `weight · albedo / π`.
-fn reflectance(scene: &Scene, hit_point: &HitPoint) -> Rgb {
-    hit_point.weight * scene.materials()[hit_point.material as usize].bsdf.albedo() / PI
 }
 
 fn pixels(scene: &Scene) -> usize {

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::mixture::{Mixture, PhotonBudget};
 use super::photon_pass::{PhotonBatch, PhotonPass, Photons};
-use super::{Aiming, HitPoint, Render, Settings, pixels, received, reflectance};
+use super::{Aiming, HitPoint, Render, Settings, pixels, received};
 use crate::bvh::{Sphere, SphereBvh};
 use crate::effects::PathClass;
 use crate::light::Aim;
@@ -158,11 +158,7 @@ impl Points {
         let each_for = render.hit_points.len().div_ceil(POINTS);
         // As many hit points are around a photon as would be.
         let radius = render.setup.radius as f32 * (each_for as f32).sqrt();
-        let point = |h: &HitPoint| Point {
-            receiver: h.receiver,
-            pixel: h.pixel,
-            factor: reflectance(render.scene, h),
-        };
+        let point = |h: &HitPoint| Point { receiver: h.receiver, pixel: h.pixel, factor: h.reflectance };
         let points: Vec<Point> = render.hit_points.iter().step_by(each_for).map(point).collect();
         let spheres: Vec<Sphere> =
             points.iter().map(|point| Sphere { center: point.receiver.p, radius }).collect();

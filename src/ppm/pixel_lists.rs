@@ -108,13 +108,14 @@ fn first_come(hit_points: &[HitPoint], pixels: usize) -> (Vec<u32>, Vec<u32>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bsdf::Coat;
     use crate::math::Vec3;
     use crate::scene::Receiver;
 
     #[test]
     fn every_hit_point_is_found_at_its_pixel_in_order() {
-        let receiver = Receiver { p: Vec3::ZERO, p_error: 0.0, ng: Vec3::Y, ns: Vec3::Y };
-        let at = |pixel| HitPoint { receiver, weight: Rgb::ONE, pixel, material: 0, footprint: 0.0 };
+        let receiver = Receiver { p: Vec3::ZERO, p_error: 0.0, ng: Vec3::Y, ns: Vec3::Y, coat: Coat::NONE };
+        let at = |pixel| HitPoint { receiver, reflectance: Rgb::ONE, pixel, footprint: 0.0 };
         let lists = PixelLists::new(&[3, 0, 3, 2, 0, 3].map(at), 5, |h| Rgb::splat(h.pixel as f32));
         let found = |pixel| lists.of(pixel).iter().map(|seen| seen.position).collect();
         let found: Vec<Vec<u32>> = (0..5).map(found).collect();

@@ -20,13 +20,14 @@ pub fn automatic_radius(hit_points: &HitPoints) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bsdf::Coat;
     use crate::math::{Rgb, Vec3};
     use crate::ppm::HitPoint;
     use crate::scene::Receiver;
 
     fn at_footprint(footprint: f32) -> HitPoint {
-        let receiver = Receiver { p: Vec3::ZERO, p_error: 0.0, ng: Vec3::Y, ns: Vec3::Y };
-        HitPoint { receiver, weight: Rgb::ONE, pixel: 0, material: 0, footprint }
+        let receiver = Receiver { p: Vec3::ZERO, p_error: 0.0, ng: Vec3::Y, ns: Vec3::Y, coat: Coat::NONE };
+        HitPoint { receiver, reflectance: Rgb::ONE, pixel: 0, footprint }
     }
 
     #[test]

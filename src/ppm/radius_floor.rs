@@ -62,6 +62,7 @@ impl RadiusFloor {
 mod tests {
     use super::super::{Precision, RadiusPolicy};
     use super::*;
+    use crate::bsdf::Coat;
     use crate::bvh::Sphere;
     use crate::math::{Rgb, Vec3};
     use crate::scene::Receiver;
@@ -69,8 +70,8 @@ mod tests {
     #[test]
     fn a_pixel_keeps_clear_of_the_coarsest_of_its_hit_points() {
         let hit_point = |pixel, p_error| {
-            let receiver = Receiver { p: Vec3::ZERO, p_error, ng: Vec3::Y, ns: Vec3::Y };
-            HitPoint { receiver, weight: Rgb::ONE, pixel, material: 0, footprint: 0.0 }
+            let receiver = Receiver { p: Vec3::ZERO, p_error, ng: Vec3::Y, ns: Vec3::Y, coat: Coat::NONE };
+            HitPoint { receiver, reflectance: Rgb::ONE, pixel, footprint: 0.0 }
         };
         let hit_points = [hit_point(1, 8.0), hit_point(1, 40.0), hit_point(0, 4.0), hit_point(1, 16.0)];
         let (mut tree, order) = SphereBvh::build(&[Sphere { center: Vec3::ZERO, radius: 3.0 }; 4]);

@@ -11,7 +11,7 @@ use super::mixture::Mixture;
 use super::photon_pass::{Deposits, PhotonChunk};
 use super::{FluxLedger, Ledger, Photon, Settings, Stage};
 use crate::bsdf::{
-    Choice, DiffuseSampling, Event, SPECULAR, Scattering, SpecularLobe, Transport, sample_diffuse,
+    Choice, Coat, DiffuseSampling, Event, SPECULAR, Scattering, SpecularLobe, Transport, sample_diffuse,
 };
 use crate::effects::PathClass;
 use crate::math::{DVec3, Frame, Ray, Rgb, Rng, Vec3};
@@ -62,7 +62,7 @@ impl Pasts {
         self.specular.get(path as usize).is_some_and(|&specular| specular)
     }
 
-    /// Notes a diffuse bounce.
+    /// Notes a bounce that is not specular.
     fn bounce(&mut self, photons: &FlightPacket, lanes: Mask) {
         if !self.specular.is_empty() {
             bits(lanes).for_each(|lane| self.specular[photons.path[lane] as usize] = false);
@@ -79,6 +79,8 @@ struct Packet {
     specials: Specials,
     /// Whose past is specular.
     caustic: Mask,
+    /// What passes the coat of the surface that each of them meets.
+    enters: Enters,
     /// Of all packets of a chunk.
     flux: LaneFlux,
 }
@@ -91,8 +93,31 @@ impl Default for Packet {
             surfaces: SurfacePacket::NONE,
             specials: Specials::NONE,
             caustic: 0,
+            enters: Enters::ALL,
             flux: LaneFlux::ZERO,
         }
+    }
+}
+
+/// Shares of the power of sixteen photons: 1 but for the lanes of the mask.
+#[derive(Debug)]
+struct Enters {
+    coated: Mask,
+    shares: [f32; LANES],
+}
+
+impl Enters {
+    const ALL: Enters = Enters { coated: 0, shares: [1.0; LANES] };
+
+    fn set(&mut self, lane: usize, hit: &SurfaceHit, coat: Coat) {
+        if coat != Coat::NONE {
+            self.coated |= 1 << lane;
+            self.shares[lane] = coat.transmittance(hit.normal.dot(hit.wo));
+        }
+    }
+
+    fn of(&self, lane: usize) -> f32 {
+        if self.coated & 1 << lane == 0 { 1.0 } else { self.shares[lane] }
     }
 }
 
@@ -223,16 +248,19 @@ impl Packet {
 
     /// Sends photons on, one by one, from surfaces that are not Lambertian.
     fn bounce_special(&mut self, course: &Course, draws: Draws, pasts: &mut Pasts, flux: &mut FluxLedger) {
-        let Packet { photons, hits, surfaces, specials, .. } = self;
+        let Packet { photons, hits, surfaces, specials, enters, .. } = self;
         specials.clear();
+        enters.coated = 0;
         for lane in bits(surfaces.found & !surfaces.lambertian) {
             let Some(hit) = course.stage.scene.surface_hit(&photons.rays, hits, lane) else { continue };
-            let scattering = course.stage.scene.scatter(&hit, Transport::Power);
             let (mut rng, power) = (draws.of(photons.path[lane]), photons.power(lane));
+            let scattering = course.stage.scene.scatter(&hit, Transport::Power);
+            let scattering = scattering.with_facet(|| rng.next_vec2());
+            enters.set(lane, &hit, scattering.coat);
             flux.send_on(power, scattering.specular().map(SpecularLobe::weight).sum());
             let Some(onward) = go_on(&hit, &scattering, course.settings, &mut rng) else { continue };
             flux.correct(power * onward.factor * (onward.correction - 1.0));
-            if onward.event == Event::Diffuse {
+            if !onward.event.is_specular() {
                 pasts.bounce(photons, 1 << lane);
             }
             if let Some(ray) = onward.ray {
@@ -243,17 +271,18 @@ impl Packet {
 
     /// Stores the photons, and sends them on from Lambertian surfaces.
     fn bounce(&mut self, course: &Course, draws: Draws, chunk: &mut PhotonChunk, next: &mut Flights) {
-        let Packet { photons, surfaces, specials, caustic, flux, .. } = self;
+        let Packet { photons, surfaces, specials, caustic, flux, enters, .. } = self;
         let bounce = DiffuseBounce { photons, surfaces, draws, specials, next, flux };
         let Bounced { arrivals, survivors, dark, lost } = course.isa.run(bounce);
         if !draws.is_first_flight() {
             if SPECULAR && course.settings.transport.contains(PathClass::Caustic) {
                 let who = arrivals.diffuse & *caustic;
-                deposit(&mut chunk.caustic, who, photons, surfaces, &arrivals);
+                deposit(&mut chunk.caustic, who, photons, surfaces, &arrivals, enters);
                 weigh(course, draws, bits(who).map(|lane| photons.path[lane]), chunk);
             }
             if course.settings.transport.contains(PathClass::Indirect) {
-                deposit(&mut chunk.indirect, arrivals.diffuse & !*caustic, photons, surfaces, &arrivals);
+                let who = arrivals.diffuse & !*caustic;
+                deposit(&mut chunk.indirect, who, photons, surfaces, &arrivals, enters);
             }
             chunk.ledger.deposited += u64::from(arrivals.diffuse.count_ones());
         }
@@ -276,7 +305,8 @@ fn bits(mut mask: Mask) -> impl Iterator<Item = usize> {
     })
 }
 
-/// Stores the photons where the surface has a diffuse share, before roulette decides how they go on.
+/// Stores the photons where the surface has a diffuse share, before roulette decides how they go on: with what of their power
+/// gets there.
 ///
 /// Only light straight from its source is left out, since shadow rays bring that: light that was mirrored or
 /// refracted on its way (water is opaque to shadow rays) is a caustic and stays.
@@ -286,6 +316,7 @@ fn deposit(
     photons: &FlightPacket,
     surfaces: &SurfacePacket,
     arrivals: &Arrivals,
+    enters: &Enters,
 ) {
     let (mut lanes, mut count) = ([0; LANES], 0);
     for lane in bits(who) {
@@ -293,8 +324,11 @@ fn deposit(
         count += 1;
     }
     let lanes = &lanes[..count];
-    let photon =
-        |lane| Photon { wi: at(&arrivals.wo, lane), ng: at(&arrivals.ng, lane), power: photons.power(lane) };
+    let photon = |lane| Photon {
+        wi: at(&arrivals.wo, lane),
+        ng: at(&arrivals.ng, lane),
+        power: photons.power(lane) * enters.of(lane),
+    };
     to.positions.extend(lanes.iter().map(|&lane| at(&surfaces.p, lane % LANES)));
     to.photons.extend(lanes.iter().map(|&lane| photon(lane % LANES)));
 }
@@ -329,10 +363,11 @@ pub(super) fn go_on(
     rng: &mut Rng,
 ) -> Option<Onward> {
     let (event, dir, factor) = match scattering.choose(rng.next_f32())? {
-        Choice::Specular { event, wi, factor } => (event, hit.frame().to_world(wi), factor),
+        Choice::Specular { event, wi, factor, .. } => (event, hit.frame().to_world(wi), factor),
         Choice::Diffuse { factor } => {
             let (wi, cosine_factor) = sample_diffuse(settings.sampling, Vec3::Z, rng);
-            (Event::Diffuse, Frame::around(hit.receiver().ng).to_world(wi), factor * cosine_factor)
+            let factor = factor * (cosine_factor * scattering.coat.transmittance(wi.z));
+            (Event::Diffuse, Frame::around(hit.receiver().ng).to_world(wi), factor)
         }
     };
     let ray = hit.continue_along(event, dir);

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::Seconds;
 use super::seconds::rendered;
-use crate::bsdf::{Bsdf, fresnel_reflectance};
+use crate::bsdf::{Bsdf, Interface, RoughSurface, fresnel_reflectance, pane_reflectance};
 use crate::compare::Metrics;
 use crate::effects::{Effect, PathClass, Plan};
 use crate::math::Rgb;
@@ -22,6 +22,8 @@ pub enum LeftOut {
     Reflection,
     /// Refraction: its share is absorbed. Of an interface, what it mirrors head-on stays, in all directions.
     Transmission,
+    /// Roughness: facets lie flat.
+    Roughness,
     /// The lens: a pinhole sees.
     Lens,
     /// The filter: a pixel is the mean over its samples.
@@ -35,6 +37,7 @@ impl LeftOut {
         let effects = [
             (Effect::SpecularReflection, LeftOut::Reflection),
             (Effect::SpecularTransmission, LeftOut::Transmission),
+            (Effect::Glossy, LeftOut::Roughness),
             (Effect::Lens, LeftOut::Lens),
             (Effect::AreaFilter, LeftOut::Filter),
         ];
@@ -58,6 +61,7 @@ impl LeftOut {
             LeftOut::Nothing | LeftOut::Paths(_) => (),
             LeftOut::Reflection => change(without_reflection),
             LeftOut::Transmission => change(without_transmission),
+            LeftOut::Roughness => change(smooth),
             LeftOut::Lens => desc.camera.lens_radius = 0.0,
             LeftOut::Filter => desc.film.filter = PixelFilter::Points,
         }
@@ -72,6 +76,7 @@ impl fmt::Display for LeftOut {
             LeftOut::Paths(class) => write!(f, "{class} light"),
             LeftOut::Reflection => f.write_str(Effect::SpecularReflection.name()),
             LeftOut::Transmission => f.write_str(Effect::SpecularTransmission.name()),
+            LeftOut::Roughness => f.write_str("roughness"),
             LeftOut::Lens => f.write_str(Effect::Lens.name()),
             LeftOut::Filter => f.write_str(Effect::AreaFilter.name()),
         }
@@ -80,20 +85,39 @@ impl fmt::Display for LeftOut {
 
 fn without_reflection(bsdf: Bsdf) -> Bsdf {
     match bsdf {
-        Bsdf::Diffuse { .. } => bsdf,
-        Bsdf::Mirror { .. } => Bsdf::Mirror { reflectance: Rgb::ZERO },
+        Bsdf::Diffuse { .. } | Bsdf::Rough(_) => bsdf,
+        Bsdf::Plastic(plastic) => Bsdf::Diffuse { albedo: bsdf.diffuse_share(1.0).min(plastic.base) },
+        Bsdf::Mirror { .. } | Bsdf::Conductor { .. } => Bsdf::Mirror { reflectance: Rgb::ZERO },
+        Bsdf::ThinDielectric { ior } => fixed(Rgb::ZERO, 0.0, 1.0 - pane_reflectance(1.0, ior), 1.0),
         Bsdf::Dielectric { ior } => fixed(Rgb::ZERO, 0.0, 1.0, ior),
-        Bsdf::FixedWeight { transparency, ior, .. } => fixed(bsdf.albedo(), 0.0, transparency, ior),
+        Bsdf::FixedWeight { transparency, ior, .. } => fixed(bsdf.albedo(1.0), 0.0, transparency, ior),
+    }
+}
+
+fn smooth(bsdf: Bsdf) -> Bsdf {
+    match bsdf {
+        Bsdf::Rough(RoughSurface { interface: Interface::Conductor { eta, k, reflectance }, .. }) => {
+            Bsdf::Conductor { eta, k, reflectance }
+        }
+        Bsdf::Rough(RoughSurface { interface: Interface::Dielectric { ior }, .. }) => {
+            Bsdf::Dielectric { ior }
+        }
+        smooth => smooth,
     }
 }
 
 fn without_transmission(bsdf: Bsdf) -> Bsdf {
     match bsdf {
-        Bsdf::Diffuse { .. } | Bsdf::Mirror { .. } => bsdf,
+        Bsdf::Diffuse { .. }
+        | Bsdf::Mirror { .. }
+        | Bsdf::Conductor { .. }
+        | Bsdf::Plastic(_)
+        | Bsdf::Rough(_) => bsdf,
+        Bsdf::ThinDielectric { ior } => Bsdf::Mirror { reflectance: Rgb::splat(pane_reflectance(1.0, ior)) },
         Bsdf::Dielectric { ior } => {
             Bsdf::Mirror { reflectance: Rgb::splat(fresnel_reflectance(1.0, 1.0, ior)) }
         }
-        Bsdf::FixedWeight { reflectivity, ior, .. } => fixed(bsdf.albedo(), reflectivity, 0.0, ior),
+        Bsdf::FixedWeight { reflectivity, ior, .. } => fixed(bsdf.albedo(1.0), reflectivity, 0.0, ior),
     }
 }
 
@@ -160,7 +184,7 @@ mod tests {
     #[test]
     fn what_is_left_out_is_absorbed_and_the_rest_stays() {
         let close = |a: f32, b: f32| (a - b).abs() < 1e-6;
-        let still = |bsdf: Bsdf| (bsdf.albedo() - WATER.albedo()).abs().max_element() < 1e-6;
+        let still = |bsdf: Bsdf| (bsdf.albedo(1.0) - WATER.albedo(1.0)).abs().max_element() < 1e-6;
         let unmirrored = without_reflection(WATER);
         assert!(still(unmirrored) && close(shares(unmirrored, Event::Transmission), 0.5));
         assert_eq!(shares(unmirrored, Event::Reflection), 0.0);

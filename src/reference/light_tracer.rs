@@ -4,7 +4,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::path_tracer::{random_lens_sample, random_ray};
-use crate::bsdf::{Choice, DiffuseSampling, Event, Scattering, Transport, sample_diffuse};
+use crate::bsdf::{Choice, Coat, DiffuseSampling, Event, Scattering, Transport, sample_diffuse};
 use crate::math::{DVec3, Frame, Ray, Rgb, Rng, Stream, Vec2, Vec3};
 use crate::scene::{FilmDesc, Scene, SurfaceHit};
 
@@ -62,12 +62,12 @@ fn follow(scene: &Scene, mut rng: Rng, splats: &mut Vec<Splat>) {
     let mut path = LightPath { ray: Ray::new(emission.origin, emission.dir), power: emission.power };
     for _ in 0..MAX_SEGMENTS {
         let Some(hit) = scene.intersect(&path.ray) else { return };
-        let scattering = scene.scatter(&hit, Transport::Power);
+        let scattering = scene.scatter(&hit, Transport::Power).with_facet(|| rng.next_vec2());
         if let Some(seen) = path.connected(scene, &hit, &scattering, &mut rng) {
             splats.extend(filtered(scene, seen));
         }
         let Some(choice) = scattering.choose(rng.next_f32()) else { return };
-        match path.scattered(choice, &hit, &mut rng) {
+        match path.scattered(choice, scattering.coat, &hit, &mut rng) {
             Some(next) if next.power.max_element() > 0.0 => path = next,
             _ => return,
         }
@@ -81,8 +81,8 @@ struct LightPath {
 }
 
 impl LightPath {
-    /// What the camera sees of the diffuse bounce at `hit`; `None` where it does not see the surface, or the surface not
-    /// the path.
+    /// What the camera sees of the diffuse bounce at `hit`, or of what its facets scatter; `None` where it does not see the
+    /// surface, or the surface not the path.
     fn connected(
         &self,
         scene: &Scene,
@@ -91,28 +91,44 @@ impl LightPath {
         rng: &mut Rng,
     ) -> Option<Seen> {
         let (lens, margin) = (random_lens_sample(scene, rng), scene.film().filter.reach() - 0.5);
-        let seen = scene.camera().project(hit.p, lens, margin).filter(|_| scattering.albedo != Rgb::ZERO)?;
-        // The sides are those of any diffuse bounce, so that no light leaks through the surface.
-        let origin = hit.continue_along(Event::Diffuse, seen.to_camera)?.origin;
-        let cos = hit.ng.dot(seen.to_camera).abs();
-        let correction = hit.adjoint_correction(Event::Diffuse, seen.to_camera);
-        let radiance = self.power * scattering.albedo / PI * (correction * cos * seen.pixels_per_area);
+        let seen = scene.camera().project(hit.p, lens, margin)?;
+        let (event, value) = scattered_towards(hit, scattering, seen.to_camera)?;
+        // The sides are those of any such bounce, so that no light leaks through the surface.
+        let origin = hit.continue_along(event, seen.to_camera)?.origin;
+        let correction = hit.adjoint_correction(event, seen.to_camera);
+        let radiance = self.power * value * (correction * seen.pixels_per_area);
         let sight = Ray { origin, dir: seen.through - origin, t_max: 1.0 };
         let visible = radiance.max_element() > 0.0 && !scene.occluded(&sight);
         visible.then_some(Seen { raster: seen.raster, radiance })
     }
 
-    fn scattered(&self, choice: Choice, hit: &SurfaceHit, rng: &mut Rng) -> Option<LightPath> {
+    fn scattered(&self, choice: Choice, coat: Coat, hit: &SurfaceHit, rng: &mut Rng) -> Option<LightPath> {
         let (event, dir, factor) = match choice {
-            Choice::Specular { event, wi, factor } => (event, hit.frame().to_world(wi), factor),
+            Choice::Specular { event, wi, factor, .. } => (event, hit.frame().to_world(wi), factor),
             Choice::Diffuse { factor } => {
                 // Around the true normal, as the correction for shading normals asks.
                 let (wi, _) = sample_diffuse(DiffuseSampling::Cosine, Vec3::Z, rng);
+                let factor = factor * coat.transmittance(wi.z);
                 (Event::Diffuse, Frame::around(hit.receiver().ng).to_world(wi), factor)
             }
         };
         let ray = hit.continue_along(event, dir)?;
         Some(LightPath { ray, power: self.power * factor * hit.adjoint_correction(event, dir) })
+    }
+}
+
+/// `f cos θ` towards the camera by the true normal, but for the correction of shading normals (1/sr).
+fn scattered_towards(hit: &SurfaceHit, scattering: &Scattering, dir: Vec3) -> Option<(Event, Rgb)> {
+    match &scattering.glossy {
+        Some(glossy) => {
+            let response = glossy.respond(hit.frame().to_local(dir))?;
+            Some((response.event, response.value))
+        }
+        None if scattering.albedo == Rgb::ZERO => None,
+        None => {
+            let entry = scattering.coat.transmittance(hit.normal.dot(dir));
+            Some((Event::Diffuse, scattering.albedo / PI * (entry * hit.ng.dot(dir).abs())))
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 use std::f32::consts::PI;
 
-use crate::bsdf::{Choice, DiffuseSampling, Event, Transport, sample_diffuse};
+use crate::bsdf::{Choice, Coat, DiffuseSampling, Event, Transport, sample_diffuse};
 use crate::math::{Ray, Rgb, Rng, Stream, Vec2};
 use crate::scene::{Scene, SurfaceHit};
 
@@ -34,14 +34,23 @@ pub fn random_lens_sample(scene: &Scene, rng: &mut Rng) -> Vec2 {
 /// One sample of the radiance along `ray`.
 fn radiance(scene: &Scene, ray: Ray, rng: &mut Rng) -> Rgb {
     let mut sum = Rgb::ZERO;
-    let mut path = EyePath { ray, throughput: Rgb::ONE, transport: Transport::Camera, after: None };
+    let mut path = EyePath {
+        ray,
+        throughput: Rgb::ONE,
+        transport: Transport::Camera,
+        after: None,
+        pdf_w: f32::INFINITY,
+    };
     for segment in 0..MAX_SEGMENTS {
         let Some(hit) = scene.intersect(&path.ray) else { break };
         // After a diffuse bounce, light straight from its source was found by the shadow ray there.
         if path.after != Some(Event::Diffuse) {
-            sum += path.throughput * scene.emission(&hit);
+            sum += path.throughput * scene.found_emission(scene.lights(), &hit, path.pdf_w);
         }
-        let scattering = scene.scatter(&hit, path.transport);
+        let scattering = scene.scatter(&hit, path.transport).with_facet(|| rng.next_vec2());
+        if let Some(glossy) = &scattering.glossy {
+            sum += path.throughput * scene.direct_on_rough(scene.lights(), &hit, glossy, rng).0;
+        }
         if scattering.albedo != Rgb::ZERO {
             sum += path.throughput * scattering.albedo / PI * direct_irradiance(scene, &hit, rng);
         }
@@ -49,14 +58,14 @@ fn radiance(scene: &Scene, ray: Ray, rng: &mut Rng) -> Rgb {
         let survives = segment < SEGMENTS_BEFORE_ROULETTE;
         let choice = if survives { scattering.choose_any(u) } else { scattering.choose(u) };
         let Some(choice) = choice else { break };
-        let Some(next) = path.scattered(choice, &hit, rng) else { break };
+        let Some(next) = path.scattered(choice, scattering.coat, &hit, rng) else { break };
         path = next;
     }
     sum
 }
 
 fn direct_irradiance(scene: &Scene, hit: &SurfaceHit, rng: &mut Rng) -> Rgb {
-    let receiver = hit.receiver();
+    let receiver = scene.receiver(hit);
     let lights = scene.lights();
     scene.direct_from_points(lights, &receiver).irradiance
         + scene.direct_from_areas(lights, &receiver, rng).irradiance
@@ -68,18 +77,21 @@ struct EyePath {
     transport: Transport,
     /// The last event; `None` at the camera.
     after: Option<Event>,
+    /// See [`crate::bsdf::SpecularLobe::pdf_w`]; infinite at the camera.
+    pdf_w: f32,
 }
 
 impl EyePath {
-    fn scattered(&self, choice: Choice, hit: &SurfaceHit, rng: &mut Rng) -> Option<EyePath> {
-        let (event, wi, factor, transport) = match choice {
-            Choice::Specular { event, wi, factor } => (event, wi, factor, self.transport),
+    fn scattered(&self, choice: Choice, coat: Coat, hit: &SurfaceHit, rng: &mut Rng) -> Option<EyePath> {
+        let (event, wi, factor, transport, pdf_w) = match choice {
+            Choice::Specular { event, wi, factor, pdf_w } => (event, wi, factor, self.transport, pdf_w),
             Choice::Diffuse { factor } => {
                 let (wi, _) = sample_diffuse(DiffuseSampling::Cosine, hit.wo_local(), rng);
-                (Event::Diffuse, wi, factor, Transport::Radiance)
+                let factor = factor * coat.transmittance(wi.z);
+                (Event::Diffuse, wi, factor, Transport::Radiance, f32::INFINITY)
             }
         };
         let ray = hit.continue_along(event, hit.frame().to_world(wi))?;
-        Some(EyePath { ray, throughput: self.throughput * factor, transport, after: Some(event) })
+        Some(EyePath { ray, throughput: self.throughput * factor, transport, after: Some(event), pdf_w })
     }
 }

@@ -1,11 +1,12 @@
-use super::{Receiver, Scene};
+use super::{Receiver, Scene, SurfaceHit};
+use crate::bsdf::GlossyLobe;
 use crate::light::{IlluminationSample, Lights};
-use crate::math::{Ray, Rgb, Rng, offset_origin};
+use crate::math::{Ray, Rgb, Rng, Vec3, balance, offset_origin};
 
 /// Light that arrives at a receiver straight from the lights.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DirectLight {
-    /// Irradiance (W/m²) with respect to the shading normal.
+    /// Irradiance (W/m²) with respect to the shading normal, under the coat.
     pub irradiance: Rgb,
     /// Shadow rays that it took.
     pub shadow_rays: u32,
@@ -51,8 +52,44 @@ impl Scene {
     pub fn arriving(&self, receiver: &Receiver, sample: &IlluminationSample) -> DirectLight {
         let Some(ray) = shadow_ray(receiver, sample) else { return DirectLight::default() };
         let cos = receiver.ns.dot(sample.wi);
-        let irradiance = if self.occluded(&ray) { Rgb::ZERO } else { cos * sample.irradiance };
+        let received = cos * receiver.coat.transmittance(cos);
+        let irradiance = if self.occluded(&ray) { Rgb::ZERO } else { received * sample.irradiance };
         DirectLight { irradiance, shadow_rays: 1 }
+    }
+}
+
+impl Scene {
+    /// An estimate of the radiance along `hit.wo` of what the rough surface at `hit` makes of light straight from its
+    /// sources, and the shadow rays that it took: all point lights, and one sample of the area lights with the weight that the balance
+    /// heuristic gives it beside [`Scene::found_emission`].
+    pub fn direct_on_rough(
+        &self,
+        lights: &Lights,
+        hit: &SurfaceHit,
+        glossy: &GlossyLobe,
+        rng: &mut Rng,
+    ) -> (Rgb, u32) {
+        let frame = hit.frame();
+        let samples = lights.illuminate_delta(hit.p).chain(lights.illuminate_area(hit.p, rng));
+        samples.fold((Rgb::ZERO, 0), |(sum, rays), sample| {
+            let response = glossy.respond(frame.to_local(sample.wi));
+            let lit = response.and_then(|r| Some((r, hit.continue_along(r.event, sample.wi)?)));
+            let Some((response, Ray { origin, .. })) = lit else { return (sum, rays) };
+            let weight = balance(sample.pdf_w, response.pdf_w);
+            let found = if self.occluded(&towards(origin, &sample)) { 0.0 } else { weight };
+            (sum + found * response.value * sample.irradiance, rays + 1)
+        })
+    }
+
+    /// The radiance of a lamp at `hit` that counts for a path which came there by an event of the density `pdf_w`: what
+    /// [`Scene::direct_on_rough`] leaves of it, and all after a perfectly specular event.
+    pub fn found_emission(&self, lights: &Lights, hit: &SurfaceHit, pdf_w: f32) -> Rgb {
+        let emission = self.emission(hit);
+        if emission == Rgb::ZERO || pdf_w.is_infinite() {
+            return emission;
+        }
+        let (cos, distance2) = (hit.ng.dot(hit.wo), hit.t * hit.t);
+        balance(pdf_w, lights.area_pdf_w(emission, cos, distance2)) * emission
     }
 }
 
@@ -62,8 +99,11 @@ fn shadow_ray(receiver: &Receiver, sample: &IlluminationSample) -> Option<Ray> {
     if receiver.ns.dot(sample.wi) <= 0.0 || receiver.ng.dot(sample.wi) <= 0.0 {
         return None;
     }
-    let origin = offset_origin(receiver.p, receiver.p_error, receiver.ng, sample.wi);
+    Some(towards(offset_origin(receiver.p, receiver.p_error, receiver.ng, sample.wi), sample))
+}
+
+fn towards(origin: Vec3, sample: &IlluminationSample) -> Ray {
     let dir = sample.target - origin;
     let t_max = 1.0 - sample.target_error / dir.length();
-    Some(Ray { origin, dir, t_max })
+    Ray { origin, dir, t_max }
 }

@@ -119,17 +119,23 @@ impl Scene {
         self.rays.intersect(ray).map(|hit| hit.t)
     }
 
-    /// The Lambertian share of the surface at `hit`.
+    /// The diffuse share of the surface at `hit` as it is seen: see [`Bsdf::albedo`].
     pub fn albedo(&self, hit: &SurfaceHit) -> Rgb {
-        self.materials[hit.material as usize].bsdf.albedo()
+        self.materials[hit.material as usize].bsdf.albedo(hit.normal.dot(hit.wo))
     }
 
-    /// All lobes of the surface at `hit` for a path that arrives there.
+    /// The surface at `hit` as light arrives there that is seen along `hit.wo`.
+    pub fn receiver(&self, hit: &SurfaceHit) -> Receiver {
+        hit.receiver().under(self.materials[hit.material as usize].bsdf.coat())
+    }
+
+    /// All lobes of the surface at `hit` for a path that arrives there; of a rough one once a facet is drawn
+    /// ([`Scattering::with_facet`]).
     pub fn scatter(&self, hit: &SurfaceHit, transport: Transport) -> Scattering {
         match &self.materials[hit.material as usize].bsdf {
             // The frame is the dearest part, and a diffuse surface has no use for it.
             Bsdf::Diffuse { albedo } => Scattering::diffuse(*albedo),
-            bsdf if !SPECULAR => Scattering::diffuse(bsdf.albedo()),
+            bsdf if !SPECULAR => Scattering::diffuse(bsdf.albedo(1.0)),
             bsdf => bsdf.scatter(hit.wo_local(), transport),
         }
     }
@@ -147,6 +153,14 @@ impl Scene {
     /// The materials, by number.
     pub fn materials(&self) -> &[Material] {
         &self.materials
+    }
+
+    /// Whether any surface is rough. Linear in the number of triangles where the scene has such a material.
+    pub fn any_glossy(&self) -> bool {
+        let rough = |material: u32| matches!(self.materials[material as usize].bsdf, Bsdf::Rough(_));
+        (0..self.materials.len() as u32).any(rough)
+            && (self.meshes().any(|mesh| mesh.materials.iter().any(|&material| rough(material)))
+                || self.spheres().iter().any(|sphere| rough(sphere.material)))
     }
 
     /// Whether any surface mirrors or refracts.

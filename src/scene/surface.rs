@@ -3,7 +3,7 @@ use rayon::prelude::*;
 use super::mesh::{geometric_normal, least_altitude};
 use super::tracer::Hit;
 use super::{Mesh, SphereDesc};
-use crate::bsdf::Event;
+use crate::bsdf::{Coat, Event};
 use crate::math::{Aabb, Frame, RELATIVE_POSITION_ERROR, Ray, Vec3, offset_origin};
 
 /// The triangles or spheres behind one geometry of the ray tracer.
@@ -161,9 +161,17 @@ pub struct Receiver {
     pub ng: Vec3,
     /// Shading normal, unit, on the side that is seen.
     pub ns: Vec3,
+    /// What light passes before it is received.
+    pub coat: Coat,
 }
 
 impl Receiver {
+    /// The same under a coat.
+    #[must_use]
+    pub fn under(self, coat: Coat) -> Receiver {
+        Receiver { coat, ..self }
+    }
+
     /// What the surface makes of flux that arrives from `wi`: `ns·wi / ng·wi`, since flux counts by the true surface
     /// and irradiance by the shading normal. `None` where it does not see `wi`.
     pub fn response(&self, wi: Vec3) -> Option<f32> {
@@ -217,10 +225,11 @@ impl SurfaceHit {
         self.ng.dot(self.wo) > 0.0
     }
 
-    /// The surface as it is seen along `wo`.
+    /// The surface as it is seen along `wo`, but for its coat: see [`super::Scene::receiver`].
     pub fn receiver(&self) -> Receiver {
         let side = if self.is_front() { 1.0 } else { -1.0 };
-        Receiver { p: self.p, p_error: self.p_error, ng: side * self.ng, ns: side * self.normal }
+        let (p, p_error) = (self.p, self.p_error);
+        Receiver { p, p_error, ng: side * self.ng, ns: side * self.normal, coat: Coat::NONE }
     }
 
     /// The ray that goes on in the world direction `dir` after `event`.
@@ -228,14 +237,13 @@ impl SurfaceHit {
     /// `None` where the shading normal bends it to the wrong side of the true surface: such light is absorbed.
     pub fn continue_along(&self, event: Event, dir: Vec3) -> Option<Ray> {
         let crosses = (self.ng.dot(dir) > 0.0) != self.is_front();
-        (crosses == (event == Event::Transmission))
-            .then(|| Ray::new(offset_origin(self.p, self.p_error, self.ng, dir), dir))
+        (crosses == event.crosses()).then(|| Ray::new(offset_origin(self.p, self.p_error, self.ng, dir), dir))
     }
 
     /// The factor on the power of a photon that came along `wo` and goes on along `dir`, so that it carries as much
     /// as a path from the camera would the other way; 1 where shading and geometric normal agree.
     ///
-    /// After a mirror or an interface `|ns·wo| |ng·dir| / (|ng·wo| |ns·dir|)`. After a diffuse bounce, whose
+    /// After a mirror, an interface or a facet `|ns·wo| |ng·dir| / (|ng·wo| |ns·dir|)`. After a diffuse bounce, whose
     /// direction is to be drawn around `ng`, `ns·wo / ng·wo` with the normal that is seen from `dir`, and 0 where
     /// that one faces away from `wo`.
     ///
@@ -247,7 +255,7 @@ impl SurfaceHit {
         }
         match event {
             Event::Diffuse => foreshortening(seen_normal(self.ns, self.ng, dir), self.ng, self.wo),
-            Event::Reflection | Event::Transmission => {
+            Event::Reflection | Event::Transmission | Event::GlossyReflection | Event::GlossyTransmission => {
                 let ns = self.normal;
                 foreshortening(ns, self.ng, self.wo) / foreshortening(ns, self.ng, dir)
             }

@@ -2,7 +2,7 @@ use super::surface::Geometry;
 use super::{HitPacket, RayPacket, Row, Scene};
 use crate::bsdf::Bsdf;
 use crate::embree::PACKET;
-use crate::math::Rgb;
+use crate::math::{Ray, Rgb, Vec3};
 
 /// The surfaces that a packet of rays meets, in columns; anything where it meets nothing.
 #[derive(Clone, Copy, Debug)]
@@ -14,7 +14,7 @@ pub struct SurfacePacket {
     pub p_error: Row,
     /// Geometric normals, unit, outward.
     pub ng: [Row; 3],
-    /// The Lambertian share of each surface.
+    /// The diffuse share of each surface.
     pub albedo: [Row; 3],
     /// One bit a lane: something is met.
     pub found: u16,
@@ -53,7 +53,7 @@ impl Scene {
             let surface = self.surfaces[hit.geometry as usize].at(&rays.ray(lane), &hit);
             let (albedo, is_diffuse) = match &self.materials[surface.material as usize].bsdf {
                 Bsdf::Diffuse { albedo } => (*albedo, true),
-                bsdf => (bsdf.albedo(), false),
+                bsdf => (bsdf.diffuse_share(cosine(&rays.ray(lane), surface.ns)), false),
             };
             surfaces.set(lane, &surface, albedo);
             found |= 1 << lane;
@@ -61,4 +61,9 @@ impl Scene {
         }
         (surfaces.found, surfaces.lambertian) = (found, lambertian);
     }
+}
+
+/// Of the angle between a ray and a normal.
+fn cosine(ray: &Ray, normal: Vec3) -> f32 {
+    ray.dir.dot(normal).abs() / ray.dir.length()
 }

@@ -172,6 +172,11 @@ impl<'a> Field<'a> {
         self.value.get_ref().as_str().ok_or_else(|| self.wrong("a text in quotes"))
     }
 
+    /// True or false.
+    pub fn bool(&self) -> Result<bool, SceneError> {
+        self.value.get_ref().as_bool().ok_or_else(|| self.wrong("true or false"))
+    }
+
     /// The `N` elements of an array; `what` names them.
     pub fn elements<const N: usize>(&self, what: &str) -> Result<[Field<'a>; N], SceneError> {
         let allowed = || self.wrong(&format!("an array of {N} {what}"));

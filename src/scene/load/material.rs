@@ -2,10 +2,26 @@
 
 use super::super::{Material, SceneError};
 use super::fields::{Allowed, FRACTION, Field, Fields, NON_NEGATIVE, POSITIVE};
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, Ggx, Interface, METALS, Metal, Plastic, RoughSurface};
 use crate::math::Rgb;
 
-const KINDS: [&str; 4] = ["diffuse", "mirror", "dielectric", "fixed_weight"];
+const KINDS: [&str; 9] = [
+    "diffuse",
+    "mirror",
+    "dielectric",
+    "fixed_weight",
+    "thin_dielectric",
+    "conductor",
+    "rough_conductor",
+    "rough_dielectric",
+    "plastic",
+];
+
+/// The roughness `α` of GGX: less is a smooth surface's business, since f32 hardly tells them apart.
+const ROUGHNESS: Allowed =
+    Allowed { text: "a number from 0.001 to 1", holds: |x| (0.001..=1.0).contains(&x) };
+
+const COAT: Allowed = Allowed { text: "a number from 1 to 10", holds: |x| (1.0..=10.0).contains(&x) };
 
 /// The materials in the order of the file.
 pub(super) fn materials(root: &Fields, warnings: &mut Vec<String>) -> Result<Vec<Material>, SceneError> {
@@ -37,8 +53,49 @@ fn bsdf(place: &str, kind: &str, values: &Field) -> Result<Bsdf, SceneError> {
         "diffuse" => Ok(Bsdf::Diffuse { albedo: color(&table(&["albedo"])?, "albedo")? }),
         "mirror" => Ok(Bsdf::Mirror { reflectance: color(&table(&["reflectance"])?, "reflectance")? }),
         "dielectric" => Ok(Bsdf::Dielectric { ior: float(&table(&["ior"])?, "ior", &POSITIVE)? }),
+        "thin_dielectric" => Ok(Bsdf::ThinDielectric { ior: float(&table(&["ior"])?, "ior", &POSITIVE)? }),
+        "conductor" => {
+            let (eta, k, reflectance) = metal(&table(&["metal", "eta", "k", "reflectance"])?)?;
+            Ok(Bsdf::Conductor { eta, k, reflectance })
+        }
+        "rough_conductor" => {
+            let table = table(&["roughness", "metal", "eta", "k", "reflectance"])?;
+            let (eta, k, reflectance) = metal(&table)?;
+            rough(&table, Interface::Conductor { eta, k, reflectance })
+        }
+        "rough_dielectric" => {
+            let table = table(&["roughness", "ior"])?;
+            rough(&table, Interface::Dielectric { ior: float(&table, "ior", &POSITIVE)? })
+        }
+        "plastic" => plastic(&table(&["base", "ior", "nonlinear"])?),
         _ => fixed_weight(&table(&["color", "reflectivity", "transparency", "ior"])?),
     }
+}
+
+fn rough(table: &Fields, interface: Interface) -> Result<Bsdf, SceneError> {
+    let alpha = float(table, "roughness", &ROUGHNESS)?;
+    Ok(Bsdf::Rough(RoughSurface { facets: Ggx { alpha }, interface }))
+}
+
+fn plastic(table: &Fields) -> Result<Bsdf, SceneError> {
+    let nonlinear = table.optional("nonlinear").map(|field| field.bool()).transpose()?.unwrap_or(false);
+    Ok(Bsdf::Plastic(Plastic::new(color(table, "base")?, float(table, "ior", &COAT)?, nonlinear)))
+}
+
+/// `eta`, `k` and the factor of a metal: by its name, or by its index.
+fn metal(table: &Fields) -> Result<(Rgb, Rgb, Rgb), SceneError> {
+    let reflectance = table.optional("reflectance").map(|field| field.vec3(&FRACTION)).transpose()?;
+    let reflectance = reflectance.unwrap_or(Rgb::ONE);
+    let Some(name) = table.optional("metal") else {
+        let index =
+            |name: &str| table.required(name, "three finite numbers, 0 or above")?.vec3(&NON_NEGATIVE);
+        return Ok((index("eta")?, index("k")?, reflectance));
+    };
+    if table.optional("eta").is_some() || table.optional("k").is_some() {
+        return Err(table.error("has `metal` beside `eta` or `k`; allowed: either of the two".into()));
+    }
+    let Metal { eta, k, .. } = METALS[name.choice(&METALS.iter().map(|metal| metal.name).collect())?];
+    Ok((eta, k, reflectance))
 }
 
 fn fixed_weight(table: &Fields) -> Result<Bsdf, SceneError> {
@@ -126,7 +183,7 @@ mod tests {
             (
                 "[material.b]",
                 10,
-                "material `b`: has 0 of `diffuse`, `mirror`, `dielectric`, `fixed_weight`; allowed: exactly one",
+                "material `b`: has 0 of `diffuse`, `mirror`, `dielectric`, `fixed_weight`, `thin_dielectric`, `conductor`",
             ),
             (
                 "[material.b]\ndielectric = { ior = 1.5 }\nmirror = { reflectance = [1, 1, 1] }",

@@ -1,0 +1,122 @@
+use super::fresnel::{fresnel_reflectance, refract};
+use crate::math::{Rgb, Vec3};
+
+/// What lies on a diffuse base: a smooth, clear coat, or nothing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coat {
+    /// Its index of refraction over that of what lies above it; 1 where there is none.
+    ior: f32,
+}
+
+impl Coat {
+    /// No coat: all light reaches the base.
+    pub const NONE: Coat = Coat { ior: 1.0 };
+
+    /// The share `1 - F` of light that passes it, with the cosine of the angle above it; on either side, since light that leaves
+    /// goes the way of light that enters.
+    pub fn transmittance(self, cos: f32) -> f32 {
+        if self == Coat::NONE {
+            return 1.0;
+        }
+        let wo = Vec3::new((1.0 - cos * cos).max(0.0).sqrt(), 0.0, cos.abs());
+        refract(wo, self.ior)
+            .map_or(0.0, |inside| 1.0 - fresnel_reflectance(wo.z, inside.wi.z.abs(), inside.eta))
+    }
+
+    /// The share of diffuse light that passes it from above: `2 ∫ (1 - F) cos θ d cos θ`, by the midpoint rule over `cos² θ`.
+    fn diffuse_transmittance(self) -> f64 {
+        const STEPS: u32 = 4096;
+        let at =
+            |k: u32| f64::from(self.transmittance(((f64::from(k) + 0.5) / f64::from(STEPS)).sqrt() as f32));
+        (0..STEPS).map(at).sum::<f64>() / f64::from(STEPS)
+    }
+}
+
+/// A diffuse base under a smooth, clear coat.
+///
+/// ```text
+/// f = base / π · T(wo) T(wi) / (ior² (1 - r · R_inside))      T = 1 - F
+/// ```
+/// beside the mirror reflection `F` of the coat. `R_inside = 1 - T_outside / ior²` is the share of diffuse light that the coat sends
+/// back down to the base; `r` is the base's colour where the loss of colour at every turn is to show (`nonlinear`), else 1.
+///
+/// # Source
+/// Weidlich and Wilkie, "Arbitrarily Layered Micro-Facet Surfaces", GRAPHITE 2007; the form is that of Mitsuba's `plastic`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plastic {
+    /// Colour of the base.
+    pub base: Rgb,
+    /// Index of refraction of the coat, above 1.
+    pub ior: f32,
+    /// Whether colour deepens as light goes to and fro under the coat.
+    pub nonlinear: bool,
+    /// `base / (ior² (1 - r R_inside))`.
+    under_coat: Rgb,
+    /// `T_outside`: of diffuse light.
+    enters: f32,
+}
+
+impl Plastic {
+    /// A base of this colour under a coat.
+    pub fn new(base: Rgb, ior: f32, nonlinear: bool) -> Plastic {
+        let enters = Coat { ior }.diffuse_transmittance();
+        let ior2 = f64::from(ior).powi(2);
+        let inside = (1.0 - enters / ior2) as f32;
+        let returned = if nonlinear { base * inside } else { Rgb::splat(inside) };
+        let under_coat = base / (ior2 as f32 * (Rgb::ONE - returned));
+        Plastic { base, ior, nonlinear, under_coat, enters: enters as f32 }
+    }
+
+    /// The coat.
+    pub fn coat(&self) -> Coat {
+        Coat { ior: self.ior }
+    }
+
+    /// `π f / T(wi)`, seen at an angle of the cosine `cos`.
+    pub fn albedo(&self, cos: f32) -> Rgb {
+        self.under_coat * self.coat().transmittance(cos)
+    }
+
+    /// The mean of `T(wi)` over cosine-weighted directions: what turns [`Plastic::albedo`] into a share of the incident power.
+    pub fn enters(&self) -> f32 {
+        self.enters
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A base that loses nothing sends all light back: in a white furnace what is mirrored and what is scattered sum to 1.
+    #[test]
+    fn a_white_base_loses_nothing() {
+        for ior in [1.1, 1.5, 2.4] {
+            let plastic = Plastic::new(Rgb::ONE, ior, false);
+            for cos in [0.1, 0.5, 1.0] {
+                let scattered = plastic.albedo(cos).x * plastic.enters();
+                let mirrored = 1.0 - plastic.coat().transmittance(cos);
+                assert!((scattered + mirrored - 1.0).abs() < 1e-4, "{ior} {cos}: {scattered} and {mirrored}");
+            }
+        }
+    }
+
+    /// Every turn under the coat takes the base's colour once more: the series in closed form.
+    #[test]
+    fn turns_under_the_coat_deepen_the_colour() {
+        let base = Rgb::new(0.9, 0.5, 0.1);
+        let plastic = Plastic::new(base, 1.5, true);
+        let enters = Coat { ior: 1.5 }.diffuse_transmittance();
+        let (leaves, inside) = (enters / 2.25, 1.0 - enters / 2.25);
+        for channel in 0..3 {
+            let r = f64::from(base[channel]);
+            let series: f64 = (0..400).map(|n| r * (r * inside).powi(n) * leaves).sum();
+            let share = f64::from(plastic.under_coat[channel] * plastic.enters());
+            assert!((share - series).abs() < 1e-5, "{channel}: {share}, not {series}");
+        }
+    }
+
+    #[test]
+    fn without_a_coat_all_light_passes() {
+        assert_eq!([0.01, 1.0].map(|cos| Coat::NONE.transmittance(cos)), [1.0; 2]);
+    }
+}

@@ -1,0 +1,129 @@
+//! Metals, panes, rough surfaces and plastics: three estimators that join light and eye at different places must agree on them.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a panic is how a test fails")]
+
+mod common;
+
+use caustica::bsdf::{Bsdf, Ggx, Interface, METALS, Plastic, RoughSurface};
+use caustica::compare::{BlockCriterion, BlockReport, Estimate};
+use caustica::film::Image;
+use caustica::math::{Rgb, Vec3};
+use caustica::ppm::{Render, Settings};
+use caustica::scene::{Material, Mesh, Scene, SceneDesc};
+use common::{block_estimate, blocks_seen_diffuse, desc, light_traced, path_traced, settings};
+
+const BLOCK: usize = 8;
+
+fn rough(alpha: f32, interface: Interface) -> Bsdf {
+    Bsdf::Rough(RoughSurface { facets: Ggx { alpha }, interface })
+}
+
+fn copper() -> Interface {
+    let metal = METALS[3];
+    Interface::Conductor { eta: metal.eta, k: metal.k, reflectance: Rgb::ONE }
+}
+
+fn gold() -> Bsdf {
+    Bsdf::Conductor { eta: METALS[2].eta, k: METALS[2].k, reflectance: Rgb::ONE }
+}
+
+/// The course's box with two balls of these materials, the camera near them.
+fn balls(first: Bsdf, second: Bsdf) -> SceneDesc {
+    let mut desc = desc("course_balls.toml");
+    desc.materials.push(Material { name: "first".into(), bsdf: first, emission: Rgb::ZERO });
+    desc.materials.push(Material { name: "second".into(), bsdf: second, emission: Rgb::ZERO });
+    let last = desc.materials.len() as u32 - 1;
+    (desc.spheres[0].material, desc.spheres[1].material) = (last - 1, last);
+    (desc.film.width, desc.film.height) = (48, 48);
+    (desc.camera.position, desc.camera.look_at) = (Vec3::new(0.0, 50.0, 120.0), Vec3::new(0.0, 20.0, 0.0));
+    desc
+}
+
+/// The same under a lamp in place of the point light, which paths find, too.
+fn under_a_lamp(mut desc: SceneDesc) -> SceneDesc {
+    desc.point_lights.clear();
+    let black = Bsdf::Diffuse { albedo: Rgb::ZERO };
+    desc.materials.push(Material { name: "lamp".into(), bsdf: black, emission: Rgb::splat(6.0) });
+    let corner = |x: f32, z: f32| Vec3::new(30.0 * x, 110.0, 30.0 * z);
+    desc.meshes.push(Mesh {
+        name: "lamp".into(),
+        vertices: vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)],
+        normals: None,
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        materials: vec![desc.materials.len() as u32 - 1; 2],
+    });
+    desc
+}
+
+/// The mean over independent renders of few passes, block by block.
+fn photon_mapped(scene: &Scene) -> (Image, Image) {
+    let render = |seed| {
+        let settings = Settings { photons: 100_000, radius: Some(1.5), seed, ..settings(scene) };
+        let mut render = Render::new(scene, settings);
+        for _ in 0..12 {
+            let pass = render.pass();
+            assert!(pass.photons.is_balanced(), "photons unaccounted for: {:?}", pass.photons.flux);
+        }
+        render.picture()
+    };
+    block_estimate(&(0..6).map(render).collect::<Vec<Image>>(), BLOCK)
+}
+
+/// Every block agrees to `relative` of its brightness and four standard errors.
+fn assert_agree(a: &(Image, Image), b: &(Image, Image), block: usize, relative: f64, mask: Option<&[bool]>) {
+    let criterion = BlockCriterion { block, mask, ..BlockCriterion::new(relative, 4.0) };
+    let [a, b] = [a, b].map(|(mean, stderr)| Estimate { mean, stderr: Some(stderr) });
+    let report = BlockReport::between(a, b, &criterion).unwrap();
+    eprintln!("{} of {} blocks, worst {:?}", report.n_within, report.n_blocks, report.worst);
+    assert!(report.n_blocks >= 12 && report.n_within == report.n_blocks, "worst {:?}", report.worst);
+}
+
+fn in_blocks(estimate: &(Image, Image)) -> (Image, Image) {
+    use caustica::compare::block_means;
+    // Pixels are independent: the error of a mean of n is that of their squares over n.
+    let squares: Vec<Rgb> = estimate.1.pixels().iter().map(|e| *e * *e).collect();
+    let (width, height) = (estimate.1.width(), estimate.1.height());
+    let squares = block_means(&Image::from_pixels(width, height, squares).unwrap(), BLOCK);
+    let n = (BLOCK * BLOCK) as f32;
+    let pixels = squares.pixels().iter().map(|square| (*square / n).map(f32::sqrt)).collect();
+    let stderr = Image::from_pixels(squares.width(), squares.height(), pixels).unwrap();
+    (block_means(&estimate.0, BLOCK), stderr)
+}
+
+/// Paths from the eye against photons: facets, coats and panes on both, and the weights of lamps that facets find.
+fn assert_photons_agree(desc: SceneDesc) {
+    let scene = Scene::new(under_a_lamp(desc)).unwrap();
+    assert_agree(&photon_mapped(&scene), &in_blocks(&path_traced(&scene, 400)), 1, 0.03, None);
+}
+
+#[test]
+fn photons_find_rough_metal_and_ground_glass() {
+    assert_photons_agree(balls(rough(0.3, copper()), rough(0.2, Interface::Dielectric { ior: 1.5 })));
+}
+
+#[test]
+fn photons_find_smooth_metal_and_plastic() {
+    assert_photons_agree(balls(gold(), Bsdf::Plastic(Plastic::new(Rgb::new(0.1, 0.3, 0.8), 1.5, true))));
+}
+
+#[test]
+fn photons_find_panes_and_nearly_smooth_metal() {
+    assert_photons_agree(balls(Bsdf::ThinDielectric { ior: 1.5 }, rough(0.05, copper())));
+}
+
+/// A point light over rough metal and plastic: what the eye sees of it facets can not find, shadow rays alone.
+#[test]
+fn photons_find_what_rough_metal_and_plastic_make_of_a_point_light() {
+    let plastic = Bsdf::Plastic(Plastic::new(Rgb::new(0.8, 0.3, 0.1), 1.3, false));
+    let scene = Scene::new(balls(rough(0.3, copper()), plastic)).unwrap();
+    assert_agree(&photon_mapped(&scene), &in_blocks(&path_traced(&scene, 400)), 1, 0.03, None);
+}
+
+/// Light and sensor swapped: the same transport from both ends. Catches `f` that is no adjoint of itself, a coat that is passed
+/// once too often, and radiance scaled where power is not.
+#[test]
+fn rough_surfaces_look_the_same_from_both_ends() {
+    let scene =
+        Scene::new(balls(rough(0.4, copper()), rough(0.3, Interface::Dielectric { ior: 1.5 }))).unwrap();
+    let mask = blocks_seen_diffuse(&scene, BLOCK);
+    assert_agree(&light_traced(&scene, 800), &path_traced(&scene, 400), BLOCK, 0.0, Some(&mask));
+}
