@@ -32,6 +32,7 @@ fn room() -> SceneDesc {
         spheres: vec![],
         meshes: vec![Mesh::inward_cube("room", 0)],
         point_lights: vec![PointLightDesc { position: Vec3::new(0.15, 0.55, -0.1), intensity: Rgb::ONE }],
+        further_lights: vec![],
         warnings: vec![],
         places: Places::default(),
     }

@@ -56,6 +56,7 @@ fn lit_floor(above: Bsdf) -> SceneDesc {
         spheres: vec![],
         meshes: vec![sheet(0.0, 0), sheet(MIRROR_HEIGHT, 1)],
         point_lights: vec![PointLightDesc { position: LIGHT, intensity: Rgb::splat(INTENSITY) }],
+        further_lights: vec![],
         warnings: vec![],
         places: Places::default(),
     }

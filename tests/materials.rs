@@ -4,14 +4,10 @@
 mod common;
 
 use caustica::bsdf::{Bsdf, Ggx, Interface, METALS, Plastic, RoughSurface};
-use caustica::compare::{BlockCriterion, BlockReport, Estimate};
-use caustica::film::Image;
 use caustica::math::{Rgb, Vec3};
-use caustica::ppm::{Render, Settings};
 use caustica::scene::{Material, Mesh, Scene, SceneDesc};
-use common::{block_estimate, blocks_seen_diffuse, desc, light_traced, path_traced, settings};
-
-const BLOCK: usize = 8;
+use common::agree::{BLOCK, assert_agree, in_blocks, photon_mapped};
+use common::{blocks_seen_diffuse, desc, light_traced, path_traced};
 
 fn rough(alpha: f32, interface: Interface) -> Bsdf {
     Bsdf::Rough(RoughSurface { facets: Ggx { alpha }, interface })
@@ -52,41 +48,6 @@ fn under_a_lamp(mut desc: SceneDesc) -> SceneDesc {
         materials: vec![desc.materials.len() as u32 - 1; 2],
     });
     desc
-}
-
-/// The mean over independent renders of few passes, block by block.
-fn photon_mapped(scene: &Scene) -> (Image, Image) {
-    let render = |seed| {
-        let settings = Settings { photons: 100_000, radius: Some(1.5), seed, ..settings(scene) };
-        let mut render = Render::new(scene, settings);
-        for _ in 0..12 {
-            let pass = render.pass();
-            assert!(pass.photons.is_balanced(), "photons unaccounted for: {:?}", pass.photons.flux);
-        }
-        render.picture()
-    };
-    block_estimate(&(0..6).map(render).collect::<Vec<Image>>(), BLOCK)
-}
-
-/// Every block agrees to `relative` of its brightness and four standard errors.
-fn assert_agree(a: &(Image, Image), b: &(Image, Image), block: usize, relative: f64, mask: Option<&[bool]>) {
-    let criterion = BlockCriterion { block, mask, ..BlockCriterion::new(relative, 4.0) };
-    let [a, b] = [a, b].map(|(mean, stderr)| Estimate { mean, stderr: Some(stderr) });
-    let report = BlockReport::between(a, b, &criterion).unwrap();
-    eprintln!("{} of {} blocks, worst {:?}", report.n_within, report.n_blocks, report.worst);
-    assert!(report.n_blocks >= 12 && report.n_within == report.n_blocks, "worst {:?}", report.worst);
-}
-
-fn in_blocks(estimate: &(Image, Image)) -> (Image, Image) {
-    use caustica::compare::block_means;
-    // Pixels are independent: the error of a mean of n is that of their squares over n.
-    let squares: Vec<Rgb> = estimate.1.pixels().iter().map(|e| *e * *e).collect();
-    let (width, height) = (estimate.1.width(), estimate.1.height());
-    let squares = block_means(&Image::from_pixels(width, height, squares).unwrap(), BLOCK);
-    let n = (BLOCK * BLOCK) as f32;
-    let pixels = squares.pixels().iter().map(|square| (*square / n).map(f32::sqrt)).collect();
-    let stderr = Image::from_pixels(squares.width(), squares.height(), pixels).unwrap();
-    (block_means(&estimate.0, BLOCK), stderr)
 }
 
 /// Paths from the eye against photons: facets, coats and panes on both, and the weights of lamps that facets find.

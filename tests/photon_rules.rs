@@ -53,6 +53,7 @@ fn lit_floor(floor: Bsdf, other: Mesh, bsdf: Bsdf) -> Scene {
             position: Vec3::new(0.0, LIGHT_HEIGHT as f32, 0.0),
             intensity: Rgb::splat(INTENSITY),
         }],
+        further_lights: vec![],
         warnings: vec![],
         places: Places::default(),
     })

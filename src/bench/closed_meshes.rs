@@ -93,6 +93,7 @@ impl ClosedMesh {
                 triangles,
             }],
             point_lights: vec![],
+            further_lights: vec![],
             warnings: vec![],
             places: Places::default(),
         }

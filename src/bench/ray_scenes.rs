@@ -97,6 +97,7 @@ pub fn room(triangles: usize, photons: u64) -> SceneDesc {
         spheres: vec![],
         meshes,
         point_lights: vec![],
+        further_lights: vec![],
         warnings: vec![],
         places: Places::default(),
     }

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::embree::{Device, EmbreeError};
 use crate::math::Vec3;
 use crate::ppm::Settings;
-use crate::scene::{CameraDesc, FilmDesc, Material, Mesh, SceneDesc, Traversal};
+use crate::scene::{CameraDesc, FilmDesc, LightDesc, Material, Mesh, SceneDesc, Traversal};
 
 /// Differences that are told one by one.
 const TOLD: usize = 12;
@@ -119,6 +119,7 @@ impl Facts {
             spheres,
             meshes,
             point_lights,
+            further_lights,
             warnings: _,
             places: _,
         } = desc;
@@ -141,6 +142,9 @@ impl Facts {
         for (light, number) in point_lights.iter().zip(1..) {
             self.add(format!("point light {number}"), format!("{light:?}"));
         }
+        for (light, number) in further_lights.iter().zip(1..) {
+            self.add(format!("light {number}"), light_fact(light));
+        }
         for (sphere, number) in spheres.iter().zip(1..) {
             self.add(format!("sphere {number}"), format!("{sphere:?}"));
         }
@@ -157,6 +161,19 @@ fn lower_case(value: impl std::fmt::Debug) -> String {
 /// Scenes may be moved to another folder.
 fn file_name(name: &str) -> String {
     Path::new(name).file_name().map_or_else(|| name.into(), |name| name.to_string_lossy().into_owned())
+}
+
+/// Of a picture all around its content.
+fn light_fact(light: &LightDesc) -> String {
+    match light {
+        LightDesc::Panorama { file: _, panorama } => {
+            let mut hasher = blake3::Hasher::new();
+            hash_vectors(&mut hasher, panorama.picture().pixels());
+            let hash = hasher.finalize().to_hex();
+            format!("panorama x {} turned {}, content {}", panorama.scale(), panorama.turn(), &hash[..16])
+        }
+        other => format!("{other:?}"),
+    }
 }
 
 /// The size of a mesh, and a hash of all its numbers.

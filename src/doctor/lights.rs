@@ -34,8 +34,8 @@ fn power(subject: &Subject) -> Finding {
     }
     let found = format!(
         "{} and {}, {} W in all",
-        counted(points, "point"),
-        counted(lights.len() - points, "triangle"),
+        counted(points, "light") + " without extent",
+        counted(lights.len() - points, "light") + " with one",
         shown(mean(flux))
     );
     if !flux.is_finite() {

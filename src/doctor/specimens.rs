@@ -72,6 +72,7 @@ pub(super) fn bare() -> SceneDesc {
         spheres: vec![],
         meshes: vec![Mesh::inward_cube("box", WALL)],
         point_lights: vec![PointLightDesc { position: Vec3::new(0.15, 0.55, -0.1), intensity: Rgb::ONE }],
+        further_lights: vec![],
         warnings: vec![],
         places: Places::default(),
     }

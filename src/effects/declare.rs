@@ -52,8 +52,11 @@ fn specular(reflects: bool, refracts: bool) -> EffectSet {
 pub fn of_light(light: &Light) -> EffectSet {
     let shines = mean(light.flux()) > 0.0;
     match light {
-        Light::Point { .. } => EffectSet::NONE.with(Effect::DeltaLight, shines),
-        Light::Triangle { .. } => EffectSet::NONE.with(Effect::AreaLight, shines),
+        Light::Point { .. } | Light::Spot(_) | Light::Distant(_) => {
+            EffectSet::NONE.with(Effect::DeltaLight, shines)
+        }
+        Light::Environment(_) => EffectSet::NONE.with(Effect::Environment, shines),
+        Light::Triangle { .. } | Light::Sphere { .. } => EffectSet::NONE.with(Effect::AreaLight, shines),
     }
 }
 

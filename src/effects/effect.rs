@@ -19,6 +19,8 @@ pub enum Effect {
     DeltaLight,
     /// Lights with an extent.
     AreaLight,
+    /// Light from all around.
+    Environment,
     /// The camera has a lens: what is out of focus blurs.
     Lens,
     /// The film weighs the light around a pixel.
@@ -27,7 +29,7 @@ pub enum Effect {
 
 impl Effect {
     /// All of them, in the order of the variants.
-    pub const ALL: [Effect; 9] = [
+    pub const ALL: [Effect; 10] = [
         Effect::Diffuse,
         Effect::SpecularReflection,
         Effect::SpecularTransmission,
@@ -35,6 +37,7 @@ impl Effect {
         Effect::Emission,
         Effect::DeltaLight,
         Effect::AreaLight,
+        Effect::Environment,
         Effect::Lens,
         Effect::AreaFilter,
     ];
@@ -49,6 +52,7 @@ impl Effect {
             Effect::Emission => "lamps in the picture",
             Effect::DeltaLight => "point lights",
             Effect::AreaLight => "area lights",
+            Effect::Environment => "environment",
             Effect::Lens => "lens",
             Effect::AreaFilter => "pixel filter",
         }

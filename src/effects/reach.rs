@@ -5,15 +5,16 @@ use std::cell::OnceCell;
 use super::barriers::{Barriers, Thing};
 use super::faces::Face;
 use super::region::{Region, Side};
-use super::surfaces::{Object, Shape, Surfaces};
+use super::surfaces::{FreeLights, Object, Shape, Surfaces};
 use super::{Effect, EffectSet};
+use crate::light::Light;
 use crate::math::{Aabb, Vec3};
 use crate::scene::{CameraDesc, Item};
 
 /// What something is because of, or why it is not.
 pub(super) type Verdict = Result<String, String>;
 
-/// A light with power: a point, or the triangles of one piece of surface.
+/// A light with power: one of no surface, the triangles of one piece of surface, or a sphere.
 #[derive(Clone, Debug)]
 pub(super) struct Source {
     pub item: Item,
@@ -33,8 +34,8 @@ pub(super) struct Reach<'s> {
     pub kept: Vec<Source>,
     /// All others, with the reason.
     pub shut_off: Vec<(Source, String)>,
-    /// The point lights without power.
-    pub dark: Vec<u32>,
+    /// The lights of no surface without power.
+    pub dark: Vec<Item>,
 }
 
 impl<'s> Reach<'s> {
@@ -42,16 +43,26 @@ impl<'s> Reach<'s> {
         let barriers = if surfaces.may_part { Barriers::of(surfaces) } else { Barriers::none(surfaces) };
         let camera = barriers.region(Thing::Box(camera_box(surfaces.scene.view())));
         let objects = surfaces.objects();
-        let (points, dark) = surfaces.point_lights();
-        let first_lamp = points.len() as u32;
-        let points = points.into_iter().zip(0..).map(|((number, light), rank)| Source {
-            item: Item::PointLight(number),
+        let FreeLights { delta, around, dark } = surfaces.free_lights();
+        let source = |(item, light): (Item, Light), rank: u32, effect| {
+            let place = light_box(&light, surfaces.scene.bounds());
+            Source { item, lights: vec![rank], effect, region: barriers.region(Thing::Box(place)) }
+        };
+        let first_lamp = delta.len() as u32;
+        let points = delta.into_iter().zip(0..);
+        let points: Vec<Source> = points.map(|(l, rank)| source(l, rank, Effect::DeltaLight)).collect();
+        let mut lamps = lamps(surfaces, &barriers, &objects, first_lamp);
+        let first_ball = first_lamp + surfaces.lamps().len() as u32;
+        let balls = surfaces.shining_spheres();
+        let first_around = first_ball + balls.len() as u32;
+        lamps.extend(balls.into_iter().zip(first_ball..).map(|(number, rank)| Source {
+            item: Item::Sphere(number),
             lights: vec![rank],
-            effect: Effect::DeltaLight,
-            region: barriers.region(Thing::Box(Aabb::of_points([light.position]))),
-        });
-        let points: Vec<Source> = points.collect();
-        let lamps = lamps(surfaces, &barriers, &objects, first_lamp);
+            effect: Effect::AreaLight,
+            region: barriers.region(Thing::Sphere(&surfaces.scene.spheres()[number as usize])),
+        }));
+        let around = around.into_iter().zip(first_around..);
+        lamps.extend(around.map(|(l, rank)| source(l, rank, Effect::Environment)));
         let objects = objects.into_iter().map(|object| (object, OnceCell::new())).collect();
         let mut reach =
             Reach { surfaces, barriers, objects, camera, kept: Vec::new(), shut_off: Vec::new(), dark };
@@ -80,6 +91,20 @@ impl<'s> Reach<'s> {
                 shape => Thing::Faces(self.surfaces.faces(shape)),
             })
         })
+    }
+}
+
+/// Where a light is that belongs to no surface: from afar, beyond all surfaces.
+fn light_box(light: &Light, scene: Aabb) -> Aabb {
+    match light {
+        Light::Point { position, .. } => Aabb::of_points([*position]),
+        Light::Spot(spot) => Aabb::of_points([spot.position]),
+        Light::Distant(_) | Light::Environment(_) if scene.is_empty() => Aabb::of_points([Vec3::ZERO]),
+        Light::Distant(_) | Light::Environment(_) => {
+            let beyond = scene.max + 2.0 * (scene.max - scene.min) + scene.max.abs() + 1.0;
+            Aabb::of_points([beyond])
+        }
+        Light::Triangle { .. } | Light::Sphere { .. } => scene,
     }
 }
 

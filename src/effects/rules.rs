@@ -27,6 +27,7 @@ pub(super) struct Facts {
     light: Verdict,
     points: Verdict,
     areas: Verdict,
+    environment: Verdict,
     /// A receiver that is seen and lit.
     receiver: Verdict,
     /// A receiver that is seen.
@@ -49,9 +50,10 @@ impl Facts {
         let no_light = "no light has power";
         Facts {
             asked,
-            light: reach.light(&[Effect::DeltaLight, Effect::AreaLight], no_light),
-            points: reach.light(&[Effect::DeltaLight], "no point light has power"),
+            light: reach.light(&[Effect::DeltaLight, Effect::AreaLight, Effect::Environment], no_light),
+            points: reach.light(&[Effect::DeltaLight], "no light without extent has power"),
             areas: reach.light(&[Effect::AreaLight], "no surface that shines has power"),
+            environment: reach.light(&[Effect::Environment], "nothing shines from all around"),
             receiver: reach.lit(RECEIVER),
             seen_receiver: reach.seen(RECEIVER),
             caster: reach.lit(CASTER),
@@ -72,6 +74,7 @@ impl Facts {
             light: on(),
             points: on(),
             areas: on(),
+            environment: on(),
             receiver: on(),
             seen_receiver: on(),
             caster: on(),
@@ -122,13 +125,14 @@ pub(super) fn effects(facts: &Facts) -> Vec<Decision> {
         Effect::Emission => &facts.lamp,
         Effect::DeltaLight => &facts.points,
         Effect::AreaLight => &facts.areas,
+        Effect::Environment => &facts.environment,
         Effect::Lens => &facts.lens,
         Effect::AreaFilter => &facts.filter,
     };
     Effect::ALL.map(|effect| Decision::of(effect.name(), verdict(effect).clone())).into()
 }
 
-/// Whether paths of a kind bring any light. Lamps that are seen go with direct light.
+/// Whether paths of a kind bring any light. Lamps and an environment that are seen go with direct light.
 ///
 /// Proof: each begins at a light of power (else all its samples are zero) and ends at a receiver, the `D` before the eye (else
 /// there is no hit point and no photon is stored). `L S+ D` holds a specular event at some caster between the two, on their
@@ -142,7 +146,8 @@ pub(super) fn paths(facts: &Facts, class: PathClass) -> Verdict {
     match (class, facts.receiver.clone()) {
         (PathClass::Direct, Ok(_)) => Ok(light),
         (PathClass::Direct, Err(because)) => {
-            facts.lamp.clone().or_else(|_| facts.any_rough.clone()).map_err(|_| because)
+            let seen = facts.lamp.clone().or_else(|_| facts.environment.clone());
+            seen.or_else(|_| facts.any_rough.clone()).map_err(|_| because)
         }
         (PathClass::Caustic, receiver) => receiver.and_then(|_| facts.caster.clone()),
         (PathClass::Indirect, receiver) => receiver,
@@ -209,8 +214,8 @@ pub(super) fn dropped_lights(scene: &Scene, reach: &Reach) -> Vec<DroppedLight> 
         numbers: source.lights.clone(),
         because: because.clone(),
     });
-    let dark = reach.dark.iter().map(|number| DroppedLight {
-        light: scene.describe(Item::PointLight(*number)),
+    let dark = reach.dark.iter().map(|item| DroppedLight {
+        light: scene.describe(*item),
         numbers: Vec::new(),
         because: "has no power".into(),
     });

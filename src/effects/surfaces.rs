@@ -4,7 +4,7 @@ use super::faces::{Face, Parts, Triangles, Vertices};
 use super::{Effect, EffectSet, declare};
 use crate::light::Light;
 use crate::math::Rgb;
-use crate::scene::{Item, Mesh, PointLightDesc, Scene, SphereDesc};
+use crate::scene::{Item, Mesh, Scene, SphereDesc};
 
 /// All surfaces of a scene by what hangs together.
 pub(super) struct Surfaces<'s> {
@@ -106,14 +106,26 @@ impl<'s> Surfaces<'s> {
         format!("{} of `{material}`", self.scene.describe(item))
     }
 
-    /// The point lights with power and those without, by number.
-    pub fn point_lights(&self) -> (Vec<(u32, &PointLightDesc)>, Vec<u32>) {
-        let lights = (0..).zip(self.scene.point_lights());
-        let (shining, dark): (Vec<_>, Vec<_>) = lights.partition(|(_, light)| {
-            let light = Light::Point { position: light.position, intensity: light.intensity };
+    /// The lights that belong to no surface, in the order of [`Scene::lights`].
+    pub fn free_lights(&self) -> FreeLights {
+        let (shining, dark): (Vec<_>, Vec<_>) = self
+            .scene
+            .free_lights()
+            .into_iter()
+            .partition(|(_, light)| declare::of_light(light) != EffectSet::NONE);
+        let (delta, around) = shining.into_iter().partition(|(_, light)| light.is_delta());
+        FreeLights { delta, around, dark: dark.into_iter().map(|(item, _)| item).collect() }
+    }
+
+    /// The spheres that are lights, by number, in the order of [`Scene::lights`].
+    pub fn shining_spheres(&self) -> Vec<u32> {
+        let spheres = self.scene.spheres().iter().zip(0..);
+        let shines = |sphere: &SphereDesc| {
+            let radiance = self.scene.materials()[sphere.material as usize].emission;
+            let light = Light::Sphere { center: sphere.center, radius: sphere.radius, radiance };
             declare::of_light(&light) != EffectSet::NONE
-        });
-        (shining, dark.into_iter().map(|(number, _)| number).collect())
+        };
+        spheres.filter(|(sphere, _)| shines(sphere)).map(|(_, number)| number).collect()
     }
 
     /// The triangles that are lights, in the order of [`Scene::lights`], by number of their mesh and triangle.
@@ -132,6 +144,16 @@ impl<'s> Surfaces<'s> {
     }
 }
 
+/// Lights that belong to no surface.
+pub(super) struct FreeLights {
+    /// Those without extent that have power.
+    pub delta: Vec<(Item, Light)>,
+    /// Those from all around that have power.
+    pub around: Vec<(Item, Light)>,
+    /// Those without power.
+    pub dark: Vec<Item>,
+}
+
 /// Whether something is specular, or more than one thing shines: a mesh counts as one.
 fn may_part(scene: &Scene, triangles: &Triangles) -> bool {
     let mut in_use = vec![false; scene.materials().len()];
@@ -142,5 +164,8 @@ fn may_part(scene: &Scene, triangles: &Triangles) -> bool {
     let shines = |mesh: &&Mesh| {
         mesh.materials.iter().any(|&material| triangles.materials()[material as usize].emission != Rgb::ZERO)
     };
-    is_specular || scene.point_lights().len() + scene.meshes().filter(shines).count() > 1
+    let balls =
+        scene.spheres().iter().filter(|s| scene.materials()[s.material as usize].emission != Rgb::ZERO);
+    let lights = scene.free_lights().len() + scene.meshes().filter(shines).count() + balls.count();
+    is_specular || lights > 1
 }

@@ -34,6 +34,7 @@ pub fn room() -> SceneDesc {
         spheres: vec![],
         meshes: vec![Mesh::inward_cube("room", WALL)],
         point_lights: vec![PointLightDesc { position: Vec3::new(0.15, 0.55, -0.1), intensity: Rgb::ONE }],
+        further_lights: vec![],
         warnings: vec![],
         places: Places::default(),
     }

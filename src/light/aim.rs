@@ -1,5 +1,5 @@
 use super::aim_cone::Cone;
-use super::emitter::Emitter;
+use super::emitter::{Emitter, Kind};
 use super::selection::{self, Lights};
 use crate::math::{BoundingSphere, Rgb, Rng, Vec3};
 
@@ -31,7 +31,7 @@ pub struct Aim {
     cumulative: Vec<f64>,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct Source {
     emitter: Emitter,
     /// `P_j`.
@@ -55,8 +55,10 @@ pub struct AimedSample {
 impl Aim {
     /// `None` where there is no light or no ball, or no light that reaches a ball.
     pub fn new(lights: &Lights, balls: &[BoundingSphere]) -> Option<Aim> {
-        let sources: Vec<Source> =
-            lights.emitters().map(|(&emitter, probability)| Source { emitter, probability }).collect();
+        let sources: Vec<Source> = lights
+            .emitters()
+            .map(|(emitter, probability)| Source { emitter: emitter.clone(), probability })
+            .collect();
         let mut shares: Vec<f64> =
             sources.iter().flat_map(|source| balls.iter().map(|ball| source.share_into(ball))).collect();
         let total = running_sums(&sources, &shares).last().copied().filter(|&total| total > 0.0)?;
@@ -83,7 +85,7 @@ impl Aim {
         let u = rng.next_vec2();
         let dir = match Cone::of(&self.balls[ball], origin) {
             Some(cone) => cone.sample(u),
-            None => emitter.direction(u),
+            None => emitter.direction(origin, u),
         };
         let ratio = self.ratio(light, origin, dir);
         // Rounding may take a direction out of all cones; then it lies beside the ball.
@@ -95,7 +97,7 @@ impl Aim {
     /// `r` of a photon that leaves the light of this number (as [`Lights::sample_numbered_emission`] counts) from `origin`,
     /// off its surface, along `dir`; infinite where the light does not shine along `dir`.
     pub fn ratio(&self, light: usize, origin: Vec3, dir: Vec3) -> f64 {
-        let natural = self.sources[light].emitter.pdf_w(dir);
+        let natural = self.sources[light].emitter.pdf_w(origin, dir);
         if natural <= 0.0 {
             return f64::INFINITY;
         }
@@ -136,7 +138,11 @@ fn running_sums(sources: &[Source], shares: &[f64]) -> Vec<f64> {
 impl Source {
     /// The share of the light's flux that goes into the cones to `ball`, about.
     fn share_into(&self, ball: &BoundingSphere) -> f64 {
-        let Emitter { is_point, corners, ref frame, .. } = self.emitter;
+        let Emitter { kind, corners, frame, .. } = &self.emitter;
+        if self.emitter.is_far() {
+            return 0.0;
+        }
+        let is_point = !matches!(kind, Kind::Triangle);
         let share = |from: Vec3| match Cone::of(ball, from) {
             None => 1.0,
             Some(cone) if is_point => cone.uniform_share(),
@@ -150,6 +156,9 @@ impl Source {
     }
 
     fn lies_in(&self, ball: &BoundingSphere) -> bool {
+        if matches!(self.emitter.kind, Kind::Other(_)) {
+            return false;
+        }
         let nearer = BoundingSphere { radius: ball.radius - 2.0 * self.emitter.p_error, ..*ball };
         nearer.radius >= 0.0 && self.emitter.corners.iter().all(|&corner| nearer.contains(corner))
     }

@@ -1,6 +1,7 @@
 use super::Lights;
-use super::emitter::Emitter;
+use super::emitter::{Emitter, Kind};
 use super::selection;
+use crate::math::Vec2;
 use crate::simd::{LANES, LaneFrame, LaneVec3, Lanes, Mask, warp};
 
 /// Sixteen [`super::EmissionSample`]s.
@@ -25,6 +26,7 @@ struct Sources {
     p_error: Row,
     power: [Row; 3],
     points: Mask,
+    others: Mask,
 }
 
 impl Lights {
@@ -44,10 +46,48 @@ impl Lights {
         let from_point = warp::square_to_uniform_sphere(lanes, a, b);
         let frame = LaneFrame::around(lanes, LaneVec3::from_arrays(lanes, &sources.normal));
         let from_triangle = frame.to_world(lanes, warp::square_to_cosine_hemisphere(lanes, c, d));
-        LaneEmission {
+        let emission = LaneEmission {
             origin: sources.origin(lanes, [a, b], from_triangle),
             dir: from_point.or(lanes, sources.points, from_triangle),
             power: LaneVec3::from_arrays(lanes, &sources.power),
+        };
+        if sources.others == 0 {
+            return emission;
+        }
+        self.with_others(lanes, [coarse, fine], [a, b, c, d], sources.others, emission)
+    }
+
+    /// The same with the photons of other lights in their lanes, one by one.
+    #[inline(always)]
+    fn with_others<L: Lanes>(
+        &self,
+        lanes: L,
+        [coarse, fine]: [Row; 2],
+        numbers: [L::F32; 4],
+        others: Mask,
+        emission: LaneEmission<L>,
+    ) -> LaneEmission<L> {
+        let [a, b, c, d] = numbers.map(|number| {
+            let mut row = [0.0; LANES];
+            lanes.store(number, &mut row);
+            row
+        });
+        let (mut origin, mut dir, mut power) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+        for lane in (0..LANES).filter(|lane| others >> lane & 1 != 0) {
+            let chosen = self.choose_emitter(selection::choice(coarse[lane], fine[lane]));
+            let Some((emitter @ Emitter { kind: Kind::Other(light), .. }, p)) = chosen else { continue };
+            let (place, u) = (Vec2::new(a[lane], b[lane]), Vec2::new(c[lane], d[lane]));
+            let photon = emitter.other(light, place, u);
+            for axis in 0..3 {
+                origin[axis][lane] = photon.origin[axis];
+                dir[axis][lane] = photon.dir[axis];
+                power[axis][lane] = photon.power[axis] / p;
+            }
+        }
+        LaneEmission {
+            origin: LaneVec3::from_arrays(lanes, &origin).or(lanes, others, emission.origin),
+            dir: LaneVec3::from_arrays(lanes, &dir).or(lanes, others, emission.dir),
+            power: LaneVec3::from_arrays(lanes, &power).or(lanes, others, emission.power),
         }
     }
 
@@ -69,6 +109,7 @@ impl Sources {
         p_error: [0.0; LANES],
         power: [[0.0; LANES]; 3],
         points: 0,
+        others: 0,
     };
 
     #[inline(always)]
@@ -82,7 +123,8 @@ impl Sources {
             self.power[axis][lane] = power[axis];
         }
         self.p_error[lane] = emitter.p_error;
-        self.points |= Mask::from(emitter.is_point) << lane;
+        self.points |= Mask::from(matches!(emitter.kind, Kind::Point)) << lane;
+        self.others |= Mask::from(matches!(emitter.kind, Kind::Other(_))) << lane;
     }
 
     /// A point itself, or one of a triangle by the numbers `u`, moved off it to the side of `dir`.
@@ -109,7 +151,8 @@ impl Sources {
 mod tests {
     use super::super::Light;
     use super::*;
-    use crate::math::{Rgb, Rng, Stream, Vec3};
+    use crate::light::{Distant, Environment, Spot};
+    use crate::math::{BoundingSphere, Rgb, Rng, Stream, Vec3};
     use crate::simd::{Isa, Kernel};
 
     struct Emit<'a>(&'a Lights, [Row; 6]);
@@ -132,8 +175,22 @@ mod tests {
         let corners = [Vec3::ZERO, Vec3::new(2.0, 0.1, 0.0), Vec3::new(0.3, 0.0, 2.0)];
         let triangle = Light::Triangle { corners, radiance: Rgb::new(1.0, 7.0, 3.0) };
         let flipped = Light::Triangle { corners: [corners[0], corners[2], corners[1]], radiance: Rgb::ONE };
-        let all = vec![point, triangle, flipped];
-        vec![Lights::new([]), Lights::new([point]), Lights::new([triangle, flipped]), Lights::new(all)]
+        let two = [point.clone(), triangle.clone()];
+        let further = further();
+        let all: Vec<Light> = two.iter().chain(&further).cloned().chain([flipped.clone()]).collect();
+        [vec![], vec![point], vec![triangle, flipped], further, all].into_iter().map(Lights::new).collect()
+    }
+
+    fn further() -> Vec<Light> {
+        let ball = BoundingSphere { center: Vec3::X, radius: 2.0 };
+        let (axis, position) = (Vec3::Y, Vec3::Z);
+        let spot = Spot { position, axis, intensity: Rgb::splat(30.0), inner: 0.1, outer: 0.9 };
+        vec![
+            Light::Spot(spot),
+            Light::Distant(Distant { direction: Vec3::NEG_Y, irradiance: Rgb::ONE, ball }),
+            Light::Sphere { center: position, radius: 0.7, radiance: Rgb::new(1.0, 3.0, 2.0) },
+            Light::Environment(Environment::constant(Rgb::ONE, ball).into()),
+        ]
     }
 
     /// Every instruction set against single photons, bit by bit.

@@ -2,22 +2,29 @@
 
 mod aim;
 mod aim_cone;
+mod distant;
 mod emitter;
+mod environment;
 mod lane_emission;
 mod selection;
+mod spot;
 
 pub use aim::{Aim, AimedSample};
+pub use distant::Distant;
+pub use environment::{Environment, Panorama};
 pub use lane_emission::LaneEmission;
 pub use selection::Lights;
+pub use spot::Spot;
 
 use std::f32::consts::PI;
+use std::sync::Arc;
 
 use emitter::Emitter;
 
 use crate::math::{RELATIVE_POSITION_ERROR, Rgb, Rng, Vec2, Vec3, offset_origin, warp};
 
 /// A source of light.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Light {
     /// A point that shines alike in all directions.
     Point {
@@ -26,6 +33,21 @@ pub enum Light {
         /// Radiant intensity (W/sr).
         intensity: Rgb,
     },
+    /// A point that shines into a cone.
+    Spot(Spot),
+    /// A light so far away that its rays are parallel.
+    Distant(Distant),
+    /// A Lambertian sphere that shines outward.
+    Sphere {
+        /// Its middle.
+        center: Vec3,
+        /// Its radius, above 0.
+        radius: f32,
+        /// Radiance (W/m²/sr).
+        radiance: Rgb,
+    },
+    /// Light from all around.
+    Environment(Arc<Environment>),
     /// A Lambertian triangle that shines to the side from which its corners run counter-clockwise.
     Triangle {
         /// The corners.
@@ -62,7 +84,8 @@ pub struct IlluminationSample {
 }
 
 impl Light {
-    /// The whole emitted flux (W): `4π I` for a point, `π A L` for a one-sided Lambertian triangle.
+    /// The whole emitted flux (W): `4π I` for a point, `π A L` for a Lambertian triangle or sphere; of light from afar what enters a
+    /// ball around the scene.
     ///
     /// ```
     /// use caustica::{light::Light, math::{Rgb, Vec3}};
@@ -71,45 +94,89 @@ impl Light {
     /// assert!((half_of_cornell_b.flux().x - 804_247.7).abs() < 0.1);
     /// ```
     pub fn flux(&self) -> Rgb {
-        match *self {
-            Light::Point { intensity, .. } => 4.0 * PI * intensity,
-            Light::Triangle { corners, radiance } => PI * area(&corners) * radiance,
+        match self {
+            Light::Point { intensity, .. } => 4.0 * PI * *intensity,
+            Light::Spot(spot) => spot.solid_angle() as f32 * spot.intensity,
+            Light::Distant(distant) => distant.flux(),
+            Light::Triangle { corners, radiance } => PI * area(corners) * *radiance,
+            Light::Sphere { radius, radiance, .. } => PI * sphere_area(*radius) * *radiance,
+            Light::Environment(environment) => environment.flux(),
         }
     }
 
     /// A photon: origin and direction drawn in proportion to the emitted flux.
     pub fn sample_emission(&self, rng: &mut Rng) -> EmissionSample {
-        Emitter::new(*self).sample(rng)
+        Emitter::new(self.clone()).sample(rng)
     }
 
-    /// The light's illumination of the point `p`: exact for a point, one sample of the area for a triangle.
+    /// The light's illumination of the point `p`: exact where the light has no extent, else one sample of its area.
     ///
     /// `None` where the light does not shine towards `p`, or `p` is the light itself.
     pub fn illuminate(&self, p: Vec3, u: Vec2) -> Option<IlluminationSample> {
-        match *self {
-            Light::Point { position, intensity } => {
-                let (wi, distance2) = direction(p, position)?;
-                let target_error = RELATIVE_POSITION_ERROR * position.abs().max_element();
-                let irradiance = intensity / distance2;
-                let pdf_w = f32::INFINITY;
-                Some(IlluminationSample { target: position, target_error, wi, irradiance, pdf_w })
+        match self {
+            Light::Point { position, intensity } => from_point(p, *position, *intensity),
+            Light::Spot(spot) => {
+                let sample = from_point(p, spot.position, spot.intensity)?;
+                let falloff = spot.falloff(-sample.wi);
+                let irradiance = falloff * sample.irradiance;
+                (falloff > 0.0).then_some(IlluminationSample { irradiance, ..sample })
             }
+            Light::Distant(distant) => Some(distant.illuminate(p)),
+            Light::Environment(environment) => environment.illuminate(p, u),
             Light::Triangle { corners, radiance } => {
-                let (point, ng, target_error) = (point_on(&corners, u), normal(&corners), error(&corners));
-                let (wi, distance2) = direction(p, point)?;
-                let cos = -ng.dot(wi);
-                let solid_angle = cos * area(&corners) / distance2;
-                let (irradiance, pdf_w) = (radiance * solid_angle, solid_angle.recip());
-                let target = offset_origin(point, target_error, ng, -wi);
-                (cos > 0.0).then_some(IlluminationSample { target, target_error, wi, irradiance, pdf_w })
+                let on = Patch { p: point_on(corners, u), ng: normal(corners), p_error: error(corners) };
+                from_patch(p, on, area(corners), *radiance)
+            }
+            Light::Sphere { center, radius, radiance } => {
+                from_patch(p, point_of_sphere(*center, *radius, u), sphere_area(*radius), *radiance)
             }
         }
     }
 
     /// Whether its illumination of a point is known without sampling.
     pub fn is_delta(&self) -> bool {
-        matches!(self, Light::Point { .. })
+        match self {
+            Light::Point { .. } | Light::Spot(_) | Light::Distant(_) => true,
+            Light::Triangle { .. } | Light::Sphere { .. } | Light::Environment(_) => false,
+        }
     }
+}
+
+fn from_point(p: Vec3, position: Vec3, intensity: Rgb) -> Option<IlluminationSample> {
+    let (wi, distance2) = direction(p, position)?;
+    let target_error = RELATIVE_POSITION_ERROR * position.abs().max_element();
+    let irradiance = intensity / distance2;
+    Some(IlluminationSample { target: position, target_error, wi, irradiance, pdf_w: f32::INFINITY })
+}
+
+/// A point of a surface that shines.
+#[derive(Clone, Copy)]
+struct Patch {
+    p: Vec3,
+    ng: Vec3,
+    p_error: f32,
+}
+
+/// By a patch drawn uniformly over an `area`.
+fn from_patch(p: Vec3, patch: Patch, area: f32, radiance: Rgb) -> Option<IlluminationSample> {
+    let Patch { p: point, ng, p_error: target_error } = patch;
+    let (wi, distance2) = direction(p, point)?;
+    let cos = -ng.dot(wi);
+    let solid_angle = cos * area / distance2;
+    let (irradiance, pdf_w) = (radiance * solid_angle, solid_angle.recip());
+    let target = offset_origin(point, target_error, ng, -wi);
+    (cos > 0.0).then_some(IlluminationSample { target, target_error, wi, irradiance, pdf_w })
+}
+
+/// Uniform over its area.
+fn point_of_sphere(center: Vec3, radius: f32, u: Vec2) -> Patch {
+    let ng = warp::square_to_uniform_sphere(u);
+    let p_error = RELATIVE_POSITION_ERROR * (center.abs().max_element() + radius);
+    Patch { p: center + radius * ng, ng, p_error }
+}
+
+fn sphere_area(radius: f32) -> f32 {
+    4.0 * PI * radius * radius
 }
 
 fn direction(from: Vec3, to: Vec3) -> Option<(Vec3, f32)> {
@@ -177,7 +244,16 @@ mod tests {
     fn illumination_integrates_to_the_emitted_flux() {
         const N: u32 = 100_000;
         let (center, radius) = (Vec3::splat(0.5), 5.0f32);
-        for light in [LAMP, Light::Point { position: Vec3::ZERO, intensity: Rgb::splat(2.0) }] {
+        let spot = Spot {
+            position: Vec3::ONE,
+            axis: Vec3::NEG_Y,
+            intensity: Rgb::splat(2.0),
+            inner: 0.5,
+            outer: 1.5,
+        };
+        let ball = Light::Sphere { center: Vec3::ONE, radius: 1.5, radiance: Rgb::splat(2.0) };
+        let point = Light::Point { position: Vec3::ZERO, intensity: Rgb::splat(2.0) };
+        for light in [LAMP, point, Light::Spot(spot), ball] {
             let mut rng = Rng::new(5, Stream::Test, 0, 0);
             let sum: f64 = (0..N)
                 .filter_map(|_| {

@@ -1,7 +1,7 @@
 use std::f64::consts::PI;
 
 use super::emitter::Emitter;
-use super::{EmissionSample, IlluminationSample, Light};
+use super::{EmissionSample, Environment, IlluminationSample, Light};
 use crate::math::{Rgb, Rng, UNIT, Vec3, mean};
 
 /// The lights of a scene that emit anything, and the choice among them in proportion to their flux.
@@ -26,14 +26,14 @@ impl Lights {
             lights.into_iter().filter(|l| mean(l.flux()) > 0.0).partition(Light::is_delta);
         let photons = Distribution::by_flux(delta.iter().chain(&area));
         let shadows = Distribution::by_flux(&area);
-        let emitters = delta.iter().chain(&area).copied().map(Emitter::new).collect();
+        let emitters = delta.iter().chain(&area).cloned().map(Emitter::new).collect();
         let area_flux = area.iter().map(|light| f64::from(mean(light.flux()))).sum();
         Lights { delta, area, emitters, photons, shadows, area_flux }
     }
 
     /// Those whose numbers, in the order of [`Lights::iter`], are to be kept.
     pub fn filtered(&self, keep: impl Fn(u32) -> bool) -> Lights {
-        Lights::new(self.iter().zip(0..).filter(|(_, number)| keep(*number)).map(|(light, _)| *light))
+        Lights::new(self.iter().zip(0..).filter(|(_, number)| keep(*number)).map(|(light, _)| light.clone()))
     }
 
     /// Whether nothing emits.
@@ -54,6 +54,19 @@ impl Lights {
     /// All lights.
     pub fn iter(&self) -> impl Iterator<Item = &Light> {
         self.delta.iter().chain(&self.area)
+    }
+
+    /// What shines from all around, where anything does.
+    pub fn environment(&self) -> Option<&Environment> {
+        self.area.iter().find_map(as_environment)
+    }
+
+    /// The density by which [`Lights::illuminate_area`] chooses a direction to the environment (1/sr).
+    pub fn environment_pdf_w(&self, dir: Vec3) -> f32 {
+        let environments = self.area.iter().zip(self.shadows.probabilities());
+        let densities =
+            environments.filter_map(|(light, p)| Some(p as f32 * as_environment(light)?.pdf_w(dir)));
+        densities.sum()
     }
 
     /// The flux of all lights together (W).
@@ -106,6 +119,13 @@ impl Lights {
     pub fn area_pdf_w(&self, radiance: Rgb, cos: f32, distance2: f32) -> f32 {
         let share = f64::from(mean(radiance)) * PI / self.area_flux;
         (share * f64::from(distance2) / f64::from(cos)) as f32
+    }
+}
+
+fn as_environment(light: &Light) -> Option<&Environment> {
+    match light {
+        Light::Environment(environment) => Some(environment),
+        _ => None,
     }
 }
 

@@ -4,6 +4,7 @@
 //! way, chosen by roulette: what they find is right on average, and no more than some thousand can be brighter.
 
 use std::f32::consts::PI;
+use std::ops::Range;
 
 use rayon::prelude::*;
 
@@ -255,9 +256,24 @@ impl EyeTrees<'_> {
             }
             self.tile.rays += batch.rays.len() as u64;
             see(&batch.rays);
+            let mut next = 0;
             self.course.stage.scene.intersect_all(&batch.rays, Coherence::Coherent, |k, hit| {
+                self.see_sky(batch, next..k);
+                next = k + 1;
                 self.visit(&batch.branches[k], hit, waiting);
             });
+            self.see_sky(batch, next..batch.rays.len());
+        }
+    }
+
+    /// Light from all around, for rays that meet nothing.
+    fn see_sky(&mut self, batch: &Front, missed: Range<usize>) {
+        let Stage { scene, lights, .. } = self.course.stage;
+        let Some(around) = lights.environment() else { return };
+        for k in missed {
+            let Branch { weight, pixel, pdf_w, .. } = batch.branches[k];
+            let radiance = scene.found_sky(lights, around, &batch.rays[k], pdf_w);
+            self.tile.emitted.push((pixel, weight * radiance));
         }
     }
 

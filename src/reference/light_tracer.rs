@@ -164,7 +164,7 @@ pub fn seen_emission(scene: &Scene, seed: u64, sample: u32, pixel: usize) -> Rgb
     }
     let mut rng = Rng::new(seed, Stream::SeenLamps, sample, pixel as u64);
     let ray = random_ray(scene, pixel, &mut rng);
-    scene.intersect(&ray).map_or(Rgb::ZERO, |hit| scene.emission(&hit))
+    scene.intersect(&ray).map_or_else(|| scene.sky(&ray), |hit| scene.emission(&hit))
 }
 
 /// The share of the pixels in whose middle the camera first sees a surface that mirrors or refracts: there

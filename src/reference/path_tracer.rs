@@ -42,7 +42,10 @@ fn radiance(scene: &Scene, ray: Ray, rng: &mut Rng) -> Rgb {
         pdf_w: f32::INFINITY,
     };
     for segment in 0..MAX_SEGMENTS {
-        let Some(hit) = scene.intersect(&path.ray) else { break };
+        let Some(hit) = scene.intersect(&path.ray) else {
+            sum += path.throughput * path.sky(scene);
+            break;
+        };
         // After a diffuse bounce, light straight from its source was found by the shadow ray there.
         if path.after != Some(Event::Diffuse) {
             sum += path.throughput * scene.found_emission(scene.lights(), &hit, path.pdf_w);
@@ -82,6 +85,16 @@ struct EyePath {
 }
 
 impl EyePath {
+    /// Of light from all around what shadow rays did not find before.
+    fn sky(&self, scene: &Scene) -> Rgb {
+        match scene.lights().environment() {
+            Some(around) if self.after != Some(Event::Diffuse) => {
+                scene.found_sky(scene.lights(), around, &self.ray, self.pdf_w)
+            }
+            _ => Rgb::ZERO,
+        }
+    }
+
     fn scattered(&self, choice: Choice, coat: Coat, hit: &SurfaceHit, rng: &mut Rng) -> Option<EyePath> {
         let (event, wi, factor, transport, pdf_w) = match choice {
             Choice::Specular { event, wi, factor, pdf_w } => (event, wi, factor, self.transport, pdf_w),

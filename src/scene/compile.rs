@@ -1,11 +1,11 @@
-use super::desc::{Material, SceneDesc, SphereDesc};
+use super::desc::{Material, PointLightDesc, SceneDesc, SphereDesc};
 use super::surface::Surface;
 use super::tracer::Tracer;
 use super::{Mesh, Scene, Traversal, TraversalError};
 use crate::camera::Camera;
 use crate::embree::EmbreeError;
 use crate::light::{Light, Lights};
-use crate::math::{Aabb, Rgb};
+use crate::math::{Aabb, BoundingSphere, Rgb, Vec3};
 
 impl Scene {
     /// Makes a description traceable by Embree.
@@ -31,10 +31,14 @@ fn compile<E>(
     trace: impl FnOnce(&[Surface]) -> Result<Tracer, E>,
 ) -> Result<Scene, E> {
     let camera = camera(&desc);
-    let lights = lights(&desc);
-    let SceneDesc { materials, render, film, point_lights, camera: view, places, .. } = desc;
+    let emitters: Vec<Light> = emitters(&desc).collect();
+    let SceneDesc { materials, render, film, point_lights, further_lights, camera: view, places, .. } = desc;
     let surfaces = surfaces(desc.meshes, desc.spheres);
     let bounds = surfaces.iter().map(Surface::bounds).fold(Aabb::EMPTY, Aabb::union);
+    let free = point_lights.iter().map(PointLightDesc::light);
+    let (delta, around): (Vec<Light>, Vec<Light>) =
+        free.chain(further_lights.iter().map(|light| light.light(ball(bounds)))).partition(Light::is_delta);
+    let lights = Lights::new(delta.into_iter().chain(emitters).chain(around));
     let rays = trace(&surfaces)?;
     Ok(Scene {
         rays,
@@ -44,6 +48,7 @@ fn compile<E>(
         lights,
         camera,
         point_lights,
+        further_lights,
         view,
         film,
         render,
@@ -65,14 +70,24 @@ fn surfaces(meshes: Vec<Mesh>, spheres: Vec<SphereDesc>) -> Vec<Surface> {
     meshes.into_iter().map(Surface::of_mesh).chain(spheres).collect()
 }
 
-fn lights(desc: &SceneDesc) -> Lights {
-    let points =
-        desc.point_lights.iter().map(|l| Light::Point { position: l.position, intensity: l.intensity });
-    let triangles = desc.meshes.iter().flat_map(|mesh| emitters(mesh, &desc.materials));
-    Lights::new(points.chain(triangles))
+/// What light from afar enters by: around all surfaces, or any where there are none.
+pub(super) fn ball(bounds: Aabb) -> BoundingSphere {
+    if bounds.is_empty() {
+        return BoundingSphere { center: Vec3::ZERO, radius: 1.0 };
+    }
+    BoundingSphere::around([(bounds.min, 0.0), (bounds.max, 0.0)])
 }
 
-fn emitters(mesh: &Mesh, materials: &[Material]) -> impl Iterator<Item = Light> {
+/// The surfaces that shine: triangles, then spheres.
+fn emitters(desc: &SceneDesc) -> impl Iterator<Item = Light> {
+    let spheres = desc.spheres.iter().filter_map(|&SphereDesc { center, radius, material }| {
+        let radiance = desc.materials[material as usize].emission;
+        (radiance != Rgb::ZERO).then_some(Light::Sphere { center, radius, radiance })
+    });
+    desc.meshes.iter().flat_map(|mesh| shining(mesh, &desc.materials)).chain(spheres)
+}
+
+fn shining(mesh: &Mesh, materials: &[Material]) -> impl Iterator<Item = Light> {
     mesh.triangles.iter().zip(&mesh.materials).filter_map(|(triangle, &material)| {
         let radiance = materials[material as usize].emission;
         (radiance != Rgb::ZERO)

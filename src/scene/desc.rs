@@ -1,9 +1,11 @@
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use super::{Mesh, Places};
 use crate::bsdf::Bsdf;
 use crate::camera::PixelFilter;
-use crate::math::{Rgb, Vec3};
+use crate::light::{Distant, Environment, Light, Panorama, Spot};
+use crate::math::{BoundingSphere, Rgb, Vec3};
 
 /// A scene as its files describe it: checked, resolved and in scene units, but not yet traceable.
 ///
@@ -22,12 +24,14 @@ pub struct SceneDesc {
     pub render: RenderDesc,
     /// The scene file's materials in its order, then those that meshes took from their MTL files.
     pub materials: Vec<Material>,
-    /// Exact spheres. None of their materials emits.
+    /// Exact spheres.
     pub spheres: Vec<SphereDesc>,
     /// The quads in the order of the file, then the meshes.
     pub meshes: Vec<Mesh>,
     /// Point lights.
     pub point_lights: Vec<PointLightDesc>,
+    /// Lights of other kinds that belong to no surface.
+    pub further_lights: Vec<LightDesc>,
     /// What was repaired or looks like a mistake; each entry names its file.
     pub warnings: Vec<String>,
     /// Where the file describes all that.
@@ -46,6 +50,12 @@ impl SceneDesc {
         for light in &mut self.point_lights {
             place(&mut light.position);
             light.intensity *= scale * scale;
+        }
+        for light in &mut self.further_lights {
+            if let LightDesc::Spot(spot) = light {
+                place(&mut spot.position);
+                spot.intensity *= scale * scale;
+            }
         }
         place(&mut self.camera.position);
         place(&mut self.camera.look_at);
@@ -149,4 +159,58 @@ pub struct PointLightDesc {
     pub position: Vec3,
     /// Radiant intensity (W/sr).
     pub intensity: Rgb,
+}
+
+/// A light that belongs to no surface and is not a point that shines evenly.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LightDesc {
+    /// A point that shines into a cone.
+    Spot(Spot),
+    /// Light from so far away that its rays are parallel.
+    Distant {
+        /// Where the light goes, unit.
+        direction: Vec3,
+        /// Irradiance on a surface that faces it (W/m²).
+        irradiance: Rgb,
+    },
+    /// The same radiance (W/m²/sr) from everywhere.
+    Sky(Rgb),
+    /// Radiance by a picture of all directions.
+    Panorama {
+        /// The file of the picture, as it was asked for.
+        file: PathBuf,
+        /// What it holds.
+        panorama: Arc<Panorama>,
+    },
+}
+
+impl LightDesc {
+    /// What people call its kind: its table in a scene file.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            LightDesc::Spot(_) => "spot_light",
+            LightDesc::Distant { .. } => "distant_light",
+            LightDesc::Sky(_) | LightDesc::Panorama { .. } => "environment",
+        }
+    }
+
+    /// The light around or into a scene that lies in `ball`.
+    pub(super) fn light(&self, ball: BoundingSphere) -> Light {
+        match self {
+            LightDesc::Spot(spot) => Light::Spot(*spot),
+            LightDesc::Distant { direction, irradiance } => {
+                Light::Distant(Distant { direction: *direction, irradiance: *irradiance, ball })
+            }
+            LightDesc::Sky(radiance) => Light::Environment(Environment::constant(*radiance, ball).into()),
+            LightDesc::Panorama { panorama, .. } => {
+                Light::Environment(Environment::picture((**panorama).clone(), ball).into())
+            }
+        }
+    }
+}
+
+impl PointLightDesc {
+    pub(super) fn light(&self) -> Light {
+        Light::Point { position: self.position, intensity: self.intensity }
+    }
 }

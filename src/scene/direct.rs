@@ -1,6 +1,6 @@
 use super::{Receiver, Scene, SurfaceHit};
 use crate::bsdf::GlossyLobe;
-use crate::light::{IlluminationSample, Lights};
+use crate::light::{Environment, IlluminationSample, Lights};
 use crate::math::{Ray, Rgb, Rng, Vec3, balance, offset_origin};
 
 /// Light that arrives at a receiver straight from the lights.
@@ -90,6 +90,12 @@ impl Scene {
         }
         let (cos, distance2) = (hit.ng.dot(hit.wo), hit.t * hit.t);
         balance(pdf_w, lights.area_pdf_w(emission, cos, distance2)) * emission
+    }
+
+    /// The same of the environment, for a ray that meets nothing.
+    pub fn found_sky(&self, lights: &Lights, around: &Environment, ray: &Ray, pdf_w: f32) -> Rgb {
+        let dir = ray.dir.normalize();
+        balance(pdf_w, lights.environment_pdf_w(dir)) * around.radiance(dir)
     }
 }
 

@@ -21,7 +21,9 @@ pub mod water;
 
 pub use crate::camera::PixelFilter;
 pub use crate::embree::{Coherence, HitPacket, RayPacket, Row};
-pub use desc::{CameraDesc, FilmDesc, Material, PointLightDesc, RenderDesc, SceneDesc, SphereDesc};
+pub use desc::{
+    CameraDesc, FilmDesc, LightDesc, Material, PointLightDesc, RenderDesc, SceneDesc, SphereDesc,
+};
 pub use direct::DirectLight;
 pub use error::SceneError;
 pub use load::{Access, Limits, load, load_with};
@@ -37,7 +39,7 @@ use tracer::Tracer;
 use crate::bsdf::{Bsdf, SPECULAR, Scattering, Transport};
 use crate::camera::Camera;
 use crate::embree::PACKET;
-use crate::light::Lights;
+use crate::light::{Light, Lights};
 use crate::math::{Aabb, Ray, Rgb};
 
 /// A traceable scene: immutable, so that any number of threads may query it.
@@ -51,6 +53,7 @@ pub struct Scene {
     camera: Camera,
     /// As the scene describes them, those without power, too.
     point_lights: Vec<PointLightDesc>,
+    further_lights: Vec<LightDesc>,
     view: CameraDesc,
     film: FilmDesc,
     render: RenderDesc,
@@ -140,6 +143,11 @@ impl Scene {
         }
     }
 
+    /// The radiance from where a ray points that meets nothing.
+    pub fn sky(&self, ray: &Ray) -> Rgb {
+        self.lights.environment().map_or(Rgb::ZERO, |around| around.radiance(ray.dir.normalize()))
+    }
+
     /// The radiance that the surface itself sends along `wo`: one-sided.
     pub fn emission(&self, hit: &SurfaceHit) -> Rgb {
         if hit.is_front() { self.materials[hit.material as usize].emission } else { Rgb::ZERO }
@@ -176,6 +184,15 @@ impl Scene {
     /// The point lights by number, those without power, too.
     pub fn point_lights(&self) -> &[PointLightDesc] {
         &self.point_lights
+    }
+
+    /// The lights that belong to no surface, those without power, too, in the order of the description.
+    pub fn free_lights(&self) -> Vec<(Item, Light)> {
+        let ball = compile::ball(self.bounds);
+        let points = self.point_lights.iter().zip(0..).map(|(l, n)| (Item::PointLight(n), l.light()));
+        let further =
+            self.further_lights.iter().zip(0..).map(|(l, n)| (Item::FurtherLight(n), l.light(ball)));
+        points.chain(further).collect()
     }
 
     /// The meshes, by number.

@@ -11,6 +11,8 @@ pub enum Item {
     Mesh(u32),
     /// Of [`SceneDesc::point_lights`].
     PointLight(u32),
+    /// Of [`SceneDesc::further_lights`].
+    FurtherLight(u32),
     /// The camera.
     Camera,
     /// The film.
@@ -32,6 +34,8 @@ pub struct Places {
     pub meshes: Vec<u32>,
     /// Those of the point lights.
     pub point_lights: Vec<u32>,
+    /// Those of the lights of other kinds.
+    pub further_lights: Vec<u32>,
     /// That of the camera.
     pub camera: Option<u32>,
     /// That of the film, where the file has one.
@@ -47,6 +51,7 @@ impl Places {
             Item::Sphere(number) => of(&self.spheres, number),
             Item::Mesh(number) => of(&self.meshes, number),
             Item::PointLight(number) => of(&self.point_lights, number),
+            Item::FurtherLight(number) => of(&self.further_lights, number),
             Item::Camera => self.camera,
             Item::Film => self.film,
         }
@@ -72,8 +77,21 @@ impl Scene {
             }
             Item::Sphere(number) => format!("sphere {}", u64::from(number) + 1),
             Item::PointLight(number) => format!("point_light {}", u64::from(number) + 1),
+            Item::FurtherLight(number) => self.name_of_light(number as usize),
             Item::Camera => String::from("camera"),
             Item::Film => String::from("film"),
+        }
+    }
+}
+
+impl Scene {
+    /// Lights of each kind are numbered from 1.
+    fn name_of_light(&self, number: usize) -> String {
+        let kind = self.further_lights[number].kind();
+        let before = self.further_lights[..number].iter().filter(|light| light.kind() == kind);
+        match kind {
+            "environment" => kind.into(),
+            _ => format!("{kind} {}", before.count() + 1),
         }
     }
 }

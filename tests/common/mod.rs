@@ -1,6 +1,8 @@
 //! What several test programs need.
 #![allow(dead_code, reason = "every test program uses another part")]
 
+pub mod agree;
+
 use std::path::{Path, PathBuf};
 use std::sync::Once;
 

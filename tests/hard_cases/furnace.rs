@@ -32,6 +32,7 @@ fn furnace(albedo: Rgb, spheres: Vec<SphereDesc>, ball: Bsdf) -> [Scene; 2] {
         spheres,
         meshes: vec![inward_cube(0)],
         point_lights: vec![],
+        further_lights: vec![],
         warnings: vec![],
         places: Places::default(),
     })

@@ -115,7 +115,7 @@ fn every_light_sends_its_flux() {
     const N: u32 = 100_000;
     let point = |x: f32, intensity| Light::Point { position: Vec3::X * x, intensity };
     let sources = [point(1.0, Rgb::ONE), point(2.0, Rgb::new(6.0, 3.0, 0.0)), point(3.0, Rgb::splat(12.0))];
-    let lights = Lights::new(sources);
+    let lights = Lights::new(sources.clone());
     let mut rng = Rng::new(1, Stream::Test, 0, 0);
     let mut flux = [DVec3::ZERO; 3];
     for _ in 0..N {
@@ -157,7 +157,7 @@ fn lights_as_one_to_a_trillion_share_photons_fairly() {
     let bright = Light::Point { position: Vec3::ZERO, intensity: Rgb::splat(1e12) };
     for index in FIRST_DRAW_0 {
         assert_eq!(rng(index).next_f32(), 0.0);
-        let photon = Lights::new([faint, bright]).sample_emission(&mut rng(index)).unwrap();
+        let photon = Lights::new([faint.clone(), bright.clone()]).sample_emission(&mut rng(index)).unwrap();
         assert_eq!(photon.origin, Vec3::ZERO, "2⁻²⁴ is far more than the faint light's share");
         assert!((photon.power / bright.flux() - 1.0).abs().max_element() < 1e-6);
     }

@@ -76,6 +76,7 @@ pub fn lit_box() -> SceneDesc {
             position: Vec3::new(0.15, 0.55, -0.1),
             intensity: Rgb::splat(1.0),
         }],
+        further_lights: vec![],
         warnings: vec![],
         places: Places::default(),
     }

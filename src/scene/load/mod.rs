@@ -3,11 +3,13 @@
 
 mod access;
 mod fields;
+mod lights;
 mod material;
 mod mesh_entry;
 mod mtl;
 mod obj;
 mod objects;
+mod pictures;
 mod places;
 mod polygon;
 mod settings;
@@ -46,8 +48,19 @@ pub fn load_with(path: &Path, access: &Access) -> Result<SceneDesc, SceneError> 
     let text = source::read_scene_text(path, &reader)?;
     let source = Source::new(path, &text);
     let table = DeTable::parse(&text).map_err(|e| syntax_error(&source, &e))?;
-    const TABLES: [&str; 8] =
-        ["film", "camera", "render", "material", "point_light", "sphere", "quad", "mesh"];
+    const TABLES: [&str; 11] = [
+        "film",
+        "camera",
+        "render",
+        "material",
+        "point_light",
+        "spot_light",
+        "distant_light",
+        "environment",
+        "sphere",
+        "quad",
+        "mesh",
+    ];
     let mut scene = read_scene(path, &Fields::root(&source, &table, &TABLES)?, &reader)?;
     warn_of_darkness(&mut scene);
     Ok(scene)
@@ -68,8 +81,9 @@ fn read_scene(path: &Path, root: &Fields, reader: &Reader) -> Result<SceneDesc, 
     let camera = settings::camera(root)?;
     let render = settings::render(root, reader.limits())?;
     settings::check_eye_paths(root, &film, &render, reader.limits())?;
-    let spheres = objects::spheres(root, &own, &names)?;
+    let spheres = objects::spheres(root, &names)?;
     let point_lights = objects::point_lights(root, &mut warnings)?;
+    let further_lights = lights::further_lights(root, reader)?;
     let mut meshes = objects::quads(root, &names)?;
     let mut found = Found { materials: own.clone(), warnings, triangles: 0 };
     meshes.extend(mesh_entry::meshes(root, reader, &names, &mut found)?);
@@ -81,6 +95,7 @@ fn read_scene(path: &Path, root: &Fields, reader: &Reader) -> Result<SceneDesc, 
         render,
         spheres,
         point_lights,
+        further_lights,
         meshes,
         materials: found.materials,
         warnings: found.warnings,
@@ -97,8 +112,12 @@ struct Found {
 
 fn warn_of_darkness(scene: &mut SceneDesc) {
     let shines = |m: &u32| scene.materials[*m as usize].emission != Rgb::ZERO;
-    let emitters = scene.meshes.iter().flat_map(|mesh| &mesh.materials).any(shines);
-    if !emitters && scene.point_lights.iter().all(|light| light.intensity == Rgb::ZERO) {
+    let emitters = scene.meshes.iter().flat_map(|mesh| &mesh.materials).any(shines)
+        || scene.spheres.iter().any(|sphere| shines(&sphere.material));
+    if !emitters
+        && scene.further_lights.is_empty()
+        && scene.point_lights.iter().all(|light| light.intensity == Rgb::ZERO)
+    {
         let reason =
             "no light that shines (point light, or quad or mesh with emission): the picture is black";
         scene.warnings.push(format!("{}: {reason}", scene.path.display()));

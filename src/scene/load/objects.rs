@@ -1,7 +1,7 @@
 //! The tables `[[point_light]]`, `[[sphere]]` and `[[quad]]`.
 
 use super::super::mesh::geometric_normal;
-use super::super::{Material, Mesh, PointLightDesc, SceneError, SphereDesc};
+use super::super::{Mesh, PointLightDesc, SceneError, SphereDesc};
 use super::fields::{COORDINATE, Fields, NON_NEGATIVE, Names, POSITIVE};
 use crate::math::{Rgb, Vec3};
 
@@ -30,11 +30,7 @@ pub(super) fn point_lights(
     })
 }
 
-pub(super) fn spheres(
-    root: &Fields,
-    materials: &[Material],
-    names: &Names,
-) -> Result<Vec<SphereDesc>, SceneError> {
+pub(super) fn spheres(root: &Fields, names: &Names) -> Result<Vec<SphereDesc>, SceneError> {
     each(root, "sphere", &["center", "radius", "material"], |table| {
         let center = table.required("center", "three numbers")?.vec3(&COORDINATE)?;
         let radius = table.required("radius", POSITIVE.text)?.f32(&POSITIVE)?;
@@ -42,13 +38,6 @@ pub(super) fn spheres(
             return Err(table.error(String::from("reaches beyond 1.8e18; allowed: coordinates up to there")));
         }
         let material = material(table, names)?;
-        if materials[material as usize].emission != Rgb::ZERO {
-            let emits = format!(
-                "material `{}` emits; a sphere cannot: use a mesh or quad light",
-                materials[material as usize].name
-            );
-            return Err(table.error(emits));
-        }
         Ok(SphereDesc { center, radius, material })
     })
 }
@@ -173,20 +162,14 @@ mod tests {
     }
 
     #[test]
-    fn a_sphere_arrives_and_cannot_emit() {
+    fn a_sphere_arrives() {
         let sphere = "[[sphere]]\ncenter = [1, 2, 3]\nradius = 2\nmaterial = \"l\"\n";
-        let material = |emission| {
-            format!(
-                "{BASE}[material.l]\nmirror = {{ reflectance = [0, 0, 0] }}\nemission = {emission}\n{sphere}"
-            )
-        };
-        let scene = good(&material("[0, 0, 0]"), &[]);
+        let material = "[material.l]\nmirror = { reflectance = [0, 0, 0] }\nemission = [1, 0, 0]\n";
+        let scene = good(&format!("{BASE}{material}{sphere}"), &[]);
         assert_eq!(
             scene.spheres,
             [SphereDesc { center: Vec3::new(1.0, 2.0, 3.0), radius: 2.0, material: 1 }]
         );
-        let words = "`l` emits; a sphere cannot: use a mesh or quad light";
-        fails_with(&material("[1, 0, 0]"), "s.toml:13:1: sphere 1", words);
     }
 
     #[test]

@@ -15,6 +15,12 @@ pub(super) fn places(path: &Path, root: &Fields) -> Result<Places, SceneError> {
         spheres: lines("sphere")?,
         meshes: [lines("quad")?, lines("mesh")?].concat(),
         point_lights: lines("point_light")?,
+        further_lights: [
+            lines("spot_light")?,
+            lines("distant_light")?,
+            line("environment").into_iter().collect(),
+        ]
+        .concat(),
         camera: line("camera"),
         film: line("film"),
     })

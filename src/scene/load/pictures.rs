@@ -1,0 +1,85 @@
+//! Pictures that scenes are lit or coloured by: EXR, PNG, JPEG.
+
+use std::path::{Path, PathBuf};
+
+use zune_jpeg::JpegDecoder;
+use zune_jpeg::zune_core::bytestream::ZCursor;
+use zune_jpeg::zune_core::colorspace::ColorSpace;
+use zune_jpeg::zune_core::options::DecoderOptions;
+
+use super::super::SceneError;
+use super::access::Reader;
+use super::fields::Field;
+use crate::film::Image;
+use crate::input;
+use crate::math::Rgb;
+use crate::output::{MAX_PIXELS, read_exr_bytes, read_png_bytes};
+
+const KIND: &str = "a picture (EXR, PNG or JPEG)";
+
+/// What the numbers of a picture mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Encoding {
+    /// Light or colours: of PNG and JPEG by sRGB's curve, which is undone here and nowhere else.
+    Colour,
+    /// Plain numbers, such as a roughness.
+    Plain,
+}
+
+impl Reader<'_> {
+    /// The picture that a field of a scene file names, and its path.
+    pub fn picture(&self, field: &Field, encoding: Encoding) -> Result<(PathBuf, Image), SceneError> {
+        let path = self.beside_scene(field.string()?);
+        match self.picture_at(&path, encoding) {
+            Ok(picture) => Ok((path, picture)),
+            Err(reason) => Err(field.error(format!(": {}: {reason}", path.display()))),
+        }
+    }
+
+    /// The picture in a file: by its extension an EXR, a PNG or a JPEG.
+    pub fn picture_at(&self, path: &Path, encoding: Encoding) -> Result<Image, String> {
+        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+        let decode: fn(&Path, &[u8]) -> Result<Image, String> = match extension.as_str() {
+            "exr" => |path, bytes| read_exr_bytes(path, bytes).map_err(|e| e.to_string()),
+            "png" => |path, bytes| read_png_bytes(path, bytes).map_err(|e| e.to_string()),
+            "jpg" | "jpeg" => |_, bytes| read_jpeg(bytes),
+            other => {
+                return Err(format!("`.{other}` is no picture that is read; allowed: exr, png, jpg, jpeg"));
+            }
+        };
+        let bytes = self.read(path, KIND).map_err(|denial| denial.reason())?;
+        let mut picture = decode(path, &bytes)?;
+        if encoding == Encoding::Colour && extension != "exr" {
+            picture.pixels_mut().iter_mut().for_each(|pixel| *pixel = pixel.map(linear));
+        }
+        Ok(picture)
+    }
+}
+
+/// Undoes sRGB's curve.
+///
+/// # Source
+/// IEC 61966-2-1.
+fn linear(value: f32) -> f32 {
+    if value <= 0.040_45 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
+}
+
+fn read_jpeg(bytes: &[u8]) -> Result<Image, String> {
+    let bad = |error: &dyn std::fmt::Display| format!("is no JPEG picture: {error}");
+    let options = DecoderOptions::default()
+        .jpeg_set_out_colorspace(ColorSpace::RGB)
+        .set_max_width(MAX_PIXELS)
+        .set_max_height(MAX_PIXELS);
+    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
+    decoder.decode_headers().map_err(|e| bad(&e))?;
+    let (width, height) = decoder.dimensions().ok_or_else(|| bad(&"it has no size"))?;
+    if width.checked_mul(height).is_none_or(|pixels| pixels > MAX_PIXELS) {
+        return Err(format!("has {width} x {height} pixels; allowed: {MAX_PIXELS} at most"));
+    }
+    input::check_memory((size_of::<Rgb>() + 8) as u64 * (width * height) as u64)
+        .map_err(|e| e.to_string())?;
+    let samples = decoder.decode().map_err(|e| bad(&e))?;
+    let pixel = |rgb: &[u8]| Rgb::new(f32::from(rgb[0]), f32::from(rgb[1]), f32::from(rgb[2])) / 255.0;
+    Image::from_pixels(width, height, samples.chunks_exact(3).map(pixel).collect())
+        .ok_or_else(|| bad(&"it has not as many pixels as it says"))
+}
