@@ -51,3 +51,4 @@ pub mod report;
 pub mod scene;
 pub mod simd;
 pub mod study;
+pub mod texture;

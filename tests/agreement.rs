@@ -61,16 +61,13 @@ fn assert_close_up_agrees(scene: &Scene, block: usize, relative: f64) {
 fn balls_under_a_lamp() -> SceneDesc {
     let mut desc = desc("course_balls.toml");
     desc.point_lights.clear();
-    desc.materials.push(Material {
-        name: "lamp".into(),
-        bsdf: Bsdf::Diffuse { albedo: Rgb::ZERO },
-        emission: Rgb::splat(6.0),
-    });
+    desc.materials.push(Material::plain("lamp", Bsdf::Diffuse { albedo: Rgb::ZERO }, Rgb::splat(6.0)));
     let corner = |x: f32, z: f32| Vec3::new(30.0 * x, 110.0, 30.0 * z);
     desc.meshes.push(Mesh {
         name: "lamp".into(),
         vertices: vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)],
         normals: None,
+        uvs: None,
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         materials: vec![desc.materials.len() as u32 - 1; 2],
     });
@@ -129,6 +126,7 @@ fn leaning_floor() -> Mesh {
         name: "floor".into(),
         vertices: vec![corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)],
         normals: Some(vec![Vec3::new(lean.sin(), lean.cos(), 0.0); 4]),
+        uvs: None,
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         materials: vec![0; 2],
     }

@@ -17,7 +17,7 @@ const MIRROR: u32 = 2;
 
 /// A grey room from -1 to 1 with a lamp, seen from within.
 fn room() -> SceneDesc {
-    let material = |name: &str, bsdf| Material { name: name.into(), bsdf, emission: Rgb::ZERO };
+    let material = |name: &str, bsdf| Material::plain(name, bsdf, Rgb::ZERO);
     SceneDesc {
         name: "room".into(),
         path: "room.toml".into(),

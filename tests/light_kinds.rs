@@ -19,7 +19,7 @@ fn open_box(ball: Bsdf, light: LightDesc) -> SceneDesc {
     let mut desc = desc("course_balls.toml");
     desc.point_lights.clear();
     desc.meshes.retain(|mesh| mesh.vertices.iter().any(|v| v.y < 100.0));
-    desc.materials.push(Material { name: "ball".into(), bsdf: ball, emission: Rgb::ZERO });
+    desc.materials.push(Material::plain("ball", ball, Rgb::ZERO));
     desc.spheres.truncate(1);
     desc.spheres[0].material = desc.materials.len() as u32 - 1;
     desc.further_lights = vec![light];
@@ -91,7 +91,7 @@ fn a_ball_shines_the_same_from_both_ends() {
     let mut desc = open_box(Bsdf::Dielectric { ior: 1.5 }, spot());
     desc.further_lights.clear();
     let black = Bsdf::Diffuse { albedo: Rgb::ZERO };
-    desc.materials.push(Material { name: "lamp".into(), bsdf: black, emission: Rgb::splat(20.0) });
+    desc.materials.push(Material::plain("lamp", black, Rgb::splat(20.0)));
     let material = desc.materials.len() as u32 - 1;
     desc.spheres.push(SphereDesc { center: Vec3::new(-20.0, 70.0, 10.0), radius: 8.0, material });
     assert_photons_agree(desc);

@@ -34,6 +34,7 @@ fn sheet(y: f32, material: u32) -> Mesh {
         name: "sheet".into(),
         vertices: vec![corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)],
         normals: None,
+        uvs: None,
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         materials: vec![material; 2],
     }
@@ -42,7 +43,7 @@ fn sheet(y: f32, material: u32) -> Mesh {
 /// A point light between a floor at y = 0 and a second sheet of material `above`, seen askew in a picture that is no
 /// square.
 fn lit_floor(above: Bsdf) -> SceneDesc {
-    let material = |bsdf| Material { name: "sheet".into(), bsdf, emission: Rgb::ZERO };
+    let material = |bsdf| Material::plain("sheet", bsdf, Rgb::ZERO);
     SceneDesc {
         name: "floor".into(),
         path: "floor.toml".into(),

@@ -3,9 +3,13 @@
 
 mod common;
 
+use std::sync::Arc;
+
 use caustica::bsdf::{Bsdf, Ggx, Interface, METALS, Plastic, RoughSurface};
-use caustica::math::{Rgb, Vec3};
+use caustica::film::Image;
+use caustica::math::{Ray, Rgb, Vec3};
 use caustica::scene::{Material, Mesh, Scene, SceneDesc};
+use caustica::texture::Texture;
 use common::agree::{BLOCK, assert_agree, in_blocks, photon_mapped};
 use common::{blocks_seen_diffuse, desc, light_traced, path_traced};
 
@@ -25,8 +29,8 @@ fn gold() -> Bsdf {
 /// The course's box with two balls of these materials, the camera near them.
 fn balls(first: Bsdf, second: Bsdf) -> SceneDesc {
     let mut desc = desc("course_balls.toml");
-    desc.materials.push(Material { name: "first".into(), bsdf: first, emission: Rgb::ZERO });
-    desc.materials.push(Material { name: "second".into(), bsdf: second, emission: Rgb::ZERO });
+    desc.materials.push(Material::plain("first", first, Rgb::ZERO));
+    desc.materials.push(Material::plain("second", second, Rgb::ZERO));
     let last = desc.materials.len() as u32 - 1;
     (desc.spheres[0].material, desc.spheres[1].material) = (last - 1, last);
     (desc.film.width, desc.film.height) = (48, 48);
@@ -38,12 +42,13 @@ fn balls(first: Bsdf, second: Bsdf) -> SceneDesc {
 fn under_a_lamp(mut desc: SceneDesc) -> SceneDesc {
     desc.point_lights.clear();
     let black = Bsdf::Diffuse { albedo: Rgb::ZERO };
-    desc.materials.push(Material { name: "lamp".into(), bsdf: black, emission: Rgb::splat(6.0) });
+    desc.materials.push(Material::plain("lamp", black, Rgb::splat(6.0)));
     let corner = |x: f32, z: f32| Vec3::new(30.0 * x, 110.0, 30.0 * z);
     desc.meshes.push(Mesh {
         name: "lamp".into(),
         vertices: vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)],
         normals: None,
+        uvs: None,
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         materials: vec![desc.materials.len() as u32 - 1; 2],
     });
@@ -87,4 +92,42 @@ fn rough_surfaces_look_the_same_from_both_ends() {
         Scene::new(balls(rough(0.4, copper()), rough(0.3, Interface::Dielectric { ior: 1.5 }))).unwrap();
     let mask = blocks_seen_diffuse(&scene, BLOCK);
     assert_agree(&light_traced(&scene, 800), &path_traced(&scene, 400), BLOCK, 0.0, Some(&mask));
+}
+
+/// Checks of three colours on the floor, and bands of roughness on a ball of metal.
+#[test]
+fn photons_find_pictures_on_surfaces() {
+    let mut desc = balls(rough(0.6, copper()), rough(0.2, Interface::Dielectric { ior: 1.5 }));
+    let texture = |size: (usize, usize), pixels: Vec<Rgb>| {
+        let image = Image::from_pixels(size.0, size.1, pixels).unwrap();
+        Some(Arc::new(Texture::new("checks", image).unwrap()))
+    };
+    let floor = desc.meshes[0].materials[0] as usize;
+    let colours = vec![Rgb::new(0.8, 0.1, 0.1), Rgb::new(0.1, 0.8, 0.1), Rgb::splat(0.5), Rgb::ZERO];
+    desc.materials[floor].textures.color = texture((2, 2), colours);
+    desc.materials[floor].bsdf = Bsdf::Diffuse { albedo: Rgb::new(0.8, 0.8, 0.5) };
+    let metal = desc.spheres[0].material as usize;
+    desc.materials[metal].textures.roughness = texture((1, 2), vec![Rgb::splat(0.6), Rgb::splat(0.1)]);
+    assert_photons_agree(desc);
+}
+
+/// The quarters of a quad show the pixels of its picture, the first row at the corners 2 and 3.
+#[test]
+fn a_picture_lies_on_a_quad_as_its_corners_say() {
+    let mut desc = balls(gold(), gold());
+    let pixels: Vec<Rgb> = (0..4).map(|k| Rgb::splat(0.2 * k as f32)).collect();
+    let image = Image::from_pixels(2, 2, pixels).unwrap();
+    let floor = &desc.meshes[0];
+    let corners = floor.vertices.clone();
+    let material = floor.materials[0] as usize;
+    desc.materials[material].textures.color = Some(Arc::new(Texture::new("four", image).unwrap()));
+    desc.spheres.clear();
+    let scene = Scene::new(desc).unwrap();
+    // (corner, pixel): lower left, lower right, upper right, upper left.
+    for (corner, pixel) in [(0, 2), (1, 3), (2, 1), (3, 0)] {
+        let middle = 0.25 * corners.iter().sum::<Vec3>();
+        let over = corners[corner].lerp(middle, 0.5) + 50.0 * Vec3::Y;
+        let hit = scene.intersect(&Ray::new(over, Vec3::NEG_Y)).unwrap();
+        assert!((scene.albedo(&hit).x - 0.2 * pixel as f32).abs() < 1e-3, "{corner}: {}", scene.albedo(&hit));
+    }
 }

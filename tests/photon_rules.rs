@@ -26,13 +26,13 @@ fn sheet(y: f32, half: f32, up: bool, material: u32) -> Mesh {
     let corner = |x: f32, z: f32| Vec3::new(x * half, y, z * half);
     let vertices = vec![corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)];
     let triangles = if up { vec![[0, 1, 2], [0, 2, 3]] } else { vec![[0, 2, 1], [0, 3, 2]] };
-    Mesh { name: "sheet".into(), vertices, normals: None, triangles, materials: vec![material; 2] }
+    Mesh { name: "sheet".into(), vertices, normals: None, uvs: None, triangles, materials: vec![material; 2] }
 }
 
 /// A point light over a floor at y = 0, and another sheet of material 1. The camera looks at the
 /// floor below the light, from just above it.
 fn lit_floor(floor: Bsdf, other: Mesh, bsdf: Bsdf) -> Scene {
-    let material = |name: &str, bsdf| Material { name: name.into(), bsdf, emission: Rgb::ZERO };
+    let material = |name: &str, bsdf| Material::plain(name, bsdf, Rgb::ZERO);
     Scene::new(SceneDesc {
         name: "floor".into(),
         path: "floor.toml".into(),

@@ -113,8 +113,7 @@ const WATER: u32 = 5;
 /// By number.
 fn materials() -> Vec<Material> {
     let diffuse = |r, g, b| Bsdf::Diffuse { albedo: Rgb::new(r, g, b) };
-    let material =
-        |name: &str, bsdf, radiance| Material { name: name.into(), bsdf, emission: Rgb::splat(radiance) };
+    let material = |name: &str, bsdf, radiance| Material::plain(name, bsdf, Rgb::splat(radiance));
     vec![
         material("white", diffuse(0.7, 0.7, 0.7), 0.0),
         material("red", diffuse(0.6, 0.1, 0.1), 0.0),
@@ -153,8 +152,14 @@ fn cuboid(middle: Vec3, half: Vec3, angle: f32) -> [Quad; 6] {
 }
 
 fn mesh(faces: impl Iterator<Item = (Quad, u32)>) -> Mesh {
-    let mut mesh =
-        Mesh { name: "room".into(), vertices: vec![], normals: None, triangles: vec![], materials: vec![] };
+    let mut mesh = Mesh {
+        name: "room".into(),
+        vertices: vec![],
+        normals: None,
+        uvs: None,
+        triangles: vec![],
+        materials: vec![],
+    };
     for (corners, material) in faces {
         let first = mesh.vertices.len() as u32;
         mesh.vertices.extend(corners);

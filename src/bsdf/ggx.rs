@@ -21,6 +21,9 @@ pub struct Ggx {
 }
 
 impl Ggx {
+    /// Smoother surfaces are better taken for smooth: f32 hardly tells their facets apart.
+    pub const LEAST_ALPHA: f32 = 0.001;
+
     /// `D(m)` (1/sr).
     pub fn density(self, m: Vec3) -> f32 {
         let alpha2 = self.alpha * self.alpha;

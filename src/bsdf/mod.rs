@@ -94,6 +94,39 @@ impl Bsdf {
         }
     }
 
+    /// The same with another colour: of the diffuse share, or of what a mirror or metal reflects. Glass stays as it is.
+    #[must_use]
+    pub fn with_color(self, color: Rgb) -> Bsdf {
+        match self {
+            Bsdf::Diffuse { .. } => Bsdf::Diffuse { albedo: color },
+            Bsdf::Mirror { .. } => Bsdf::Mirror { reflectance: color },
+            Bsdf::Conductor { eta, k, .. } => Bsdf::Conductor { eta, k, reflectance: color },
+            Bsdf::Plastic(plastic) => Bsdf::Plastic(plastic.with_base(color)),
+            Bsdf::Rough(RoughSurface { facets, interface: Interface::Conductor { eta, k, .. } }) => {
+                Bsdf::Rough(RoughSurface {
+                    facets,
+                    interface: Interface::Conductor { eta, k, reflectance: color },
+                })
+            }
+            Bsdf::FixedWeight { reflectivity, transparency, ior, .. } => {
+                Bsdf::FixedWeight { color, reflectivity, transparency, ior }
+            }
+            Bsdf::Dielectric { .. } | Bsdf::ThinDielectric { .. } | Bsdf::Rough(_) => self,
+        }
+    }
+
+    /// The same with another roughness, where it has one.
+    #[must_use]
+    pub fn with_roughness(self, alpha: f32) -> Bsdf {
+        match self {
+            Bsdf::Rough(RoughSurface { interface, .. }) => {
+                let alpha = alpha.clamp(Ggx::LEAST_ALPHA, 1.0);
+                Bsdf::Rough(RoughSurface { facets: Ggx { alpha }, interface })
+            }
+            smooth => smooth,
+        }
+    }
+
     /// What lies on the diffuse base.
     pub fn coat(&self) -> Coat {
         match self {

@@ -60,11 +60,17 @@ impl Plastic {
     /// A base of this colour under a coat.
     pub fn new(base: Rgb, ior: f32, nonlinear: bool) -> Plastic {
         let enters = Coat { ior }.diffuse_transmittance();
-        let ior2 = f64::from(ior).powi(2);
-        let inside = (1.0 - enters / ior2) as f32;
-        let returned = if nonlinear { base * inside } else { Rgb::splat(inside) };
-        let under_coat = base / (ior2 as f32 * (Rgb::ONE - returned));
-        Plastic { base, ior, nonlinear, under_coat, enters: enters as f32 }
+        let bare = Plastic { base, ior, nonlinear, under_coat: Rgb::ZERO, enters: enters as f32 };
+        bare.with_base(base)
+    }
+
+    /// The same coat on a base of another colour.
+    #[must_use]
+    pub fn with_base(&self, base: Rgb) -> Plastic {
+        let ior2 = self.ior * self.ior;
+        let inside = 1.0 - self.enters / ior2;
+        let returned = if self.nonlinear { base * inside } else { Rgb::splat(inside) };
+        Plastic { base, under_coat: base / (ior2 * (Rgb::ONE - returned)), ..*self }
     }
 
     /// The coat.

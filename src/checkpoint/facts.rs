@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::embree::{Device, EmbreeError};
 use crate::math::Vec3;
 use crate::ppm::Settings;
-use crate::scene::{CameraDesc, FilmDesc, LightDesc, Material, Mesh, SceneDesc, Traversal};
+use crate::scene::{CameraDesc, FilmDesc, LightDesc, Material, Mesh, SceneDesc, Textures, Traversal};
 
 /// Differences that are told one by one.
 const TOLD: usize = 12;
@@ -133,11 +133,16 @@ impl Facts {
         if *lens_radius > 0.0 {
             self.add("camera focus_distance", focus_distance);
         }
-        for (Material { name, bsdf, emission }, number) in materials.iter().zip(1..) {
-            self.add(
-                format!("material {number} ({})", file_name(name)),
-                format!("{bsdf:?}, emission {emission}"),
-            );
+        for (Material { name, bsdf, emission, textures: Textures { color, roughness } }, number) in
+            materials.iter().zip(1..)
+        {
+            let name = format!("material {number} ({})", file_name(name));
+            self.add(name.clone(), format!("{bsdf:?}, emission {emission}"));
+            for (slot, texture) in [("color", color), ("roughness", roughness)] {
+                if let Some(texture) = texture {
+                    self.add(format!("{name} {slot}"), content(texture.image().pixels()));
+                }
+            }
         }
         for (light, number) in point_lights.iter().zip(1..) {
             self.add(format!("point light {number}"), format!("{light:?}"));
@@ -167,21 +172,28 @@ fn file_name(name: &str) -> String {
 fn light_fact(light: &LightDesc) -> String {
     match light {
         LightDesc::Panorama { file: _, panorama } => {
-            let mut hasher = blake3::Hasher::new();
-            hash_vectors(&mut hasher, panorama.picture().pixels());
-            let hash = hasher.finalize().to_hex();
-            format!("panorama x {} turned {}, content {}", panorama.scale(), panorama.turn(), &hash[..16])
+            let content = content(panorama.picture().pixels());
+            format!("panorama x {} turned {}, {content}", panorama.scale(), panorama.turn())
         }
         other => format!("{other:?}"),
     }
 }
 
+fn content(pixels: &[Vec3]) -> String {
+    let mut hasher = blake3::Hasher::new();
+    hash_vectors(&mut hasher, pixels);
+    let hash = hasher.finalize().to_hex();
+    format!("content {}", &hash[..16])
+}
+
 /// The size of a mesh, and a hash of all its numbers.
 fn shape(mesh: &Mesh) -> String {
-    let Mesh { name: _, vertices, normals, triangles, materials } = mesh;
+    let Mesh { name: _, vertices, normals, uvs, triangles, materials } = mesh;
     let mut hasher = blake3::Hasher::new();
     hash_vectors(&mut hasher, vertices);
     hash_vectors(&mut hasher, normals.as_deref().unwrap_or_default());
+    let uvs = uvs.as_deref().unwrap_or_default();
+    hash_numbers(&mut hasher, uvs.iter().flat_map(|uv| uv.to_array().map(f32::to_bits)));
     hash_numbers(&mut hasher, triangles.iter().flatten().copied());
     hash_numbers(&mut hasher, materials.iter().copied());
     let hash = hasher.finalize().to_hex();

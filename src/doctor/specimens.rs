@@ -39,12 +39,18 @@ pub(super) fn specimens() -> Vec<Specimen> {
 }
 
 fn mesh(name: &str, vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>, material: u32) -> Mesh {
-    Mesh { name: name.into(), vertices, normals: None, materials: vec![material; triangles.len()], triangles }
+    Mesh {
+        name: name.into(),
+        vertices,
+        normals: None,
+        uvs: None,
+        materials: vec![material; triangles.len()],
+        triangles,
+    }
 }
 
 fn materials() -> Vec<Material> {
-    let material =
-        |name: &str, bsdf, light| Material { name: name.into(), bsdf, emission: Rgb::splat(light) };
+    let material = |name: &str, bsdf, light| Material::plain(name, bsdf, Rgb::splat(light));
     vec![
         material("wall", Bsdf::Diffuse { albedo: Rgb::splat(0.5) }, 0.0),
         material("glass", Bsdf::Dielectric { ior: 1.5 }, 0.0),

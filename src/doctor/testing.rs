@@ -19,8 +19,7 @@ pub fn room() -> SceneDesc {
     let grey = Bsdf::Diffuse { albedo: Rgb::splat(0.5) };
     let black = Bsdf::Diffuse { albedo: Rgb::ZERO };
     let white = Bsdf::Diffuse { albedo: Rgb::ONE };
-    let material =
-        |name: &str, bsdf, light| Material { name: name.into(), bsdf, emission: Rgb::splat(light) };
+    let material = |name: &str, bsdf, light| Material::plain(name, bsdf, Rgb::splat(light));
     let mut walls = cube("room", Vec3::ZERO, 1.0, WALL);
     walls.triangles.iter_mut().for_each(|corners| corners.reverse());
     SceneDesc {
@@ -71,7 +70,14 @@ pub fn with_material(mut mesh: Mesh, material: u32) -> Mesh {
 }
 
 fn mesh(name: &str, vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>, material: u32) -> Mesh {
-    Mesh { name: name.into(), vertices, normals: None, materials: vec![material; triangles.len()], triangles }
+    Mesh {
+        name: name.into(),
+        vertices,
+        normals: None,
+        uvs: None,
+        materials: vec![material; triangles.len()],
+        triangles,
+    }
 }
 
 /// `scale` times as large, then moved by `shift`.

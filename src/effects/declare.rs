@@ -5,12 +5,16 @@ use super::{Effect, EffectSet};
 use crate::bsdf::{Bsdf, Interface, Plastic, RoughSurface};
 use crate::light::Light;
 use crate::math::{Rgb, mean};
-use crate::scene::{CameraDesc, FilmDesc, Material, PixelFilter};
+use crate::scene::{CameraDesc, FilmDesc, Material, PixelFilter, Textures};
 
-/// What a surface needs: its lobes of non-zero share, and its emission.
+/// What a surface needs: its lobes of non-zero share, its emission, and its pictures. Constants of what is pictured are the
+/// largest values, so no place of the surface has other lobes.
 pub fn of_material(material: &Material) -> EffectSet {
-    let Material { name: _, bsdf, emission } = material;
-    of_bsdf(bsdf).with(Effect::Emission, *emission != Rgb::ZERO)
+    let Material { name: _, bsdf, emission, textures } = material;
+    let Textures { color, roughness } = textures;
+    of_bsdf(bsdf)
+        .with(Effect::Emission, *emission != Rgb::ZERO)
+        .with(Effect::Texture, color.is_some() || roughness.is_some())
 }
 
 /// What a way of scattering needs: nothing for lobes without a share.
@@ -156,7 +160,7 @@ mod tests {
     #[test]
     fn lamps_need_emission_and_lights_power() {
         let black = Bsdf::Diffuse { albedo: Rgb::ZERO };
-        let lamp = |emission| Material { name: "lamp".into(), bsdf: black, emission };
+        let lamp = |emission| Material::plain("lamp", black, emission);
         assert!(of_material(&lamp(Rgb::Z)).iter().eq([Effect::Emission]));
         assert_eq!(of_material(&lamp(Rgb::ZERO)), EffectSet::NONE);
         let point = |intensity| of_light(&Light::Point { position: Vec3::ZERO, intensity });

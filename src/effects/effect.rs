@@ -13,6 +13,8 @@ pub enum Effect {
     SpecularTransmission,
     /// Surfaces are rough: they mirror or refract by facets.
     Glossy,
+    /// Pictures on surfaces.
+    Texture,
     /// Lamps that the camera may see.
     Emission,
     /// Lights without extent.
@@ -29,11 +31,12 @@ pub enum Effect {
 
 impl Effect {
     /// All of them, in the order of the variants.
-    pub const ALL: [Effect; 10] = [
+    pub const ALL: [Effect; 11] = [
         Effect::Diffuse,
         Effect::SpecularReflection,
         Effect::SpecularTransmission,
         Effect::Glossy,
+        Effect::Texture,
         Effect::Emission,
         Effect::DeltaLight,
         Effect::AreaLight,
@@ -49,6 +52,7 @@ impl Effect {
             Effect::SpecularReflection => "specular reflection",
             Effect::SpecularTransmission => "specular transmission",
             Effect::Glossy => "rough surfaces",
+            Effect::Texture => "textures",
             Effect::Emission => "lamps in the picture",
             Effect::DeltaLight => "point lights",
             Effect::AreaLight => "area lights",

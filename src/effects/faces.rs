@@ -329,6 +329,7 @@ mod tests {
             name: "plane".into(),
             vertices: (0..6).map(at).collect(),
             normals: None,
+            uvs: None,
             triangles: plane.to_vec(),
             materials: vec![0; 10],
         };

@@ -18,6 +18,7 @@ const CASTER: Wanted = Wanted {
 const MIRROR: Wanted = Wanted { effects: &[Effect::SpecularReflection], absent: "no surface mirrors" };
 const GLASS: Wanted = Wanted { effects: &[Effect::SpecularTransmission], absent: "no surface refracts" };
 const ROUGH: Wanted = Wanted { effects: &[Effect::Glossy], absent: "no surface is rough" };
+const PICTURED: Wanted = Wanted { effects: &[Effect::Texture], absent: "no surface has a picture" };
 const LAMP: Wanted = Wanted { effects: &[Effect::Emission], absent: "no surface shines" };
 
 /// What the rules go by: for each thing what calls for it, or why it contributes nothing.
@@ -40,6 +41,7 @@ pub(super) struct Facts {
     rough: Verdict,
     /// Any that there is.
     any_rough: Verdict,
+    texture: Verdict,
     lamp: Verdict,
     lens: Verdict,
     filter: Verdict,
@@ -61,6 +63,7 @@ impl Facts {
             glass: reach.reached(GLASS),
             rough: reach.reached(ROUGH),
             any_rough: any_rough(scene),
+            texture: reach.reached(PICTURED),
             lamp: reach.seen(LAMP),
             lens: lens(scene),
             filter: filter(scene),
@@ -82,6 +85,7 @@ impl Facts {
             glass: on(),
             rough: on(),
             any_rough: any_rough(scene),
+            texture: on(),
             lamp: on(),
             lens: lens(scene),
             filter: filter(scene),
@@ -122,6 +126,7 @@ pub(super) fn effects(facts: &Facts) -> Vec<Decision> {
         Effect::SpecularReflection => &facts.mirror,
         Effect::SpecularTransmission => &facts.glass,
         Effect::Glossy => &facts.rough,
+        Effect::Texture => &facts.texture,
         Effect::Emission => &facts.lamp,
         Effect::DeltaLight => &facts.points,
         Effect::AreaLight => &facts.areas,

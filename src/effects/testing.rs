@@ -15,8 +15,7 @@ pub const BLACK: u32 = 4;
 
 /// A grey room from -1 to 1, lit by a point light and seen from within.
 pub fn room() -> SceneDesc {
-    let material =
-        |name: &str, bsdf, light| Material { name: name.into(), bsdf, emission: Rgb::splat(light) };
+    let material = |name: &str, bsdf, light| Material::plain(name, bsdf, Rgb::splat(light));
     let black = Bsdf::Diffuse { albedo: Rgb::ZERO };
     SceneDesc {
         name: "room".into(),
@@ -64,6 +63,7 @@ pub fn ceiling(name: &str, middle: Vec3, side: f32, material: u32) -> Mesh {
         name: name.into(),
         vertices: vec![corner(-1., -1.), corner(1., -1.), corner(1., 1.), corner(-1., 1.)],
         normals: None,
+        uvs: None,
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         materials: vec![material; 2],
     }

@@ -5,7 +5,8 @@ use super::{Mesh, Places};
 use crate::bsdf::Bsdf;
 use crate::camera::PixelFilter;
 use crate::light::{Distant, Environment, Light, Panorama, Spot};
-use crate::math::{BoundingSphere, Rgb, Vec3};
+use crate::math::{BoundingSphere, Rgb, Vec2, Vec3};
+use crate::texture::Texture;
 
 /// A scene as its files describe it: checked, resolved and in scene units, but not yet traceable.
 ///
@@ -139,6 +140,46 @@ pub struct Material {
     pub bsdf: Bsdf,
     /// Radiance (W/m²/sr) that leaves on the geometric normal's side.
     pub emission: Rgb,
+    /// Pictures that take the place of constants. Those are the largest values then, so that what a material can do at all is
+    /// said by its constants.
+    pub textures: Textures,
+}
+
+/// What of a material changes over a surface.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Textures {
+    /// The colour: see [`Bsdf::with_color`].
+    pub color: Option<Arc<Texture>>,
+    /// The roughness, by the first channel: see [`Bsdf::with_roughness`].
+    pub roughness: Option<Arc<Texture>>,
+}
+
+impl Textures {
+    /// No pictures.
+    pub const NONE: Textures = Textures { color: None, roughness: None };
+
+    fn is_none(&self) -> bool {
+        self.color.is_none() && self.roughness.is_none()
+    }
+}
+
+impl Material {
+    /// One that is the same everywhere.
+    pub fn plain(name: impl Into<String>, bsdf: Bsdf, emission: Rgb) -> Material {
+        Material { name: name.into(), bsdf, emission, textures: Textures::NONE }
+    }
+
+    /// How it scatters at a place of these texture coordinates.
+    #[inline(always)]
+    pub fn bsdf_at(&self, uv: Vec2) -> Bsdf {
+        if self.textures.is_none() { self.bsdf } else { self.textured(uv) }
+    }
+
+    fn textured(&self, uv: Vec2) -> Bsdf {
+        let Textures { color, roughness } = &self.textures;
+        let bsdf = color.as_ref().map_or(self.bsdf, |texture| self.bsdf.with_color(texture.at(uv)));
+        roughness.as_ref().map_or(bsdf, |texture| bsdf.with_roughness(texture.at(uv).x))
+    }
 }
 
 /// A sphere whose normals point outward.

@@ -1,4 +1,4 @@
-use crate::math::{DVec3, Vec3};
+use crate::math::{DVec3, Vec2, Vec3};
 
 /// An indexed triangle mesh.
 ///
@@ -12,6 +12,8 @@ pub struct Mesh {
     pub vertices: Vec<Vec3>,
     /// One unit shading normal per vertex, or none for a flat look.
     pub normals: Option<Vec<Vec3>>,
+    /// Texture coordinates per vertex, if there are any.
+    pub uvs: Option<Vec<Vec2>>,
     /// Corners as indices into `vertices`, counter-clockwise seen from the side of the geometric normal.
     pub triangles: Vec<[u32; 3]>,
     /// One index into the scene's materials per triangle.
@@ -29,6 +31,7 @@ impl Mesh {
             name: name.into(),
             vertices: (0..8).map(corner).collect(),
             normals: None,
+            uvs: None,
             materials: vec![material; triangles.len()],
             triangles,
         }
@@ -109,6 +112,7 @@ mod tests {
             name: String::from("test"),
             vertices: vertices.iter().map(|&v| Vec3::from(v)).collect(),
             normals: None,
+            uvs: None,
             triangles: triangles.to_vec(),
             materials: (0..triangles.len() as u32).collect(),
         }

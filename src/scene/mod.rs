@@ -22,7 +22,7 @@ pub mod water;
 pub use crate::camera::PixelFilter;
 pub use crate::embree::{Coherence, HitPacket, RayPacket, Row};
 pub use desc::{
-    CameraDesc, FilmDesc, LightDesc, Material, PointLightDesc, RenderDesc, SceneDesc, SphereDesc,
+    CameraDesc, FilmDesc, LightDesc, Material, PointLightDesc, RenderDesc, SceneDesc, SphereDesc, Textures,
 };
 pub use direct::DirectLight;
 pub use error::SceneError;
@@ -122,22 +122,28 @@ impl Scene {
         self.rays.intersect(ray).map(|hit| hit.t)
     }
 
+    /// How the surface at `hit` scatters.
+    #[inline(always)]
+    fn bsdf(&self, hit: &SurfaceHit) -> Bsdf {
+        self.materials[hit.material as usize].bsdf_at(hit.uv)
+    }
+
     /// The diffuse share of the surface at `hit` as it is seen: see [`Bsdf::albedo`].
     pub fn albedo(&self, hit: &SurfaceHit) -> Rgb {
-        self.materials[hit.material as usize].bsdf.albedo(hit.normal.dot(hit.wo))
+        self.bsdf(hit).albedo(hit.normal.dot(hit.wo))
     }
 
     /// The surface at `hit` as light arrives there that is seen along `hit.wo`.
     pub fn receiver(&self, hit: &SurfaceHit) -> Receiver {
-        hit.receiver().under(self.materials[hit.material as usize].bsdf.coat())
+        hit.receiver().under(self.bsdf(hit).coat())
     }
 
     /// All lobes of the surface at `hit` for a path that arrives there; of a rough one once a facet is drawn
     /// ([`Scattering::with_facet`]).
     pub fn scatter(&self, hit: &SurfaceHit, transport: Transport) -> Scattering {
-        match &self.materials[hit.material as usize].bsdf {
+        match self.bsdf(hit) {
             // The frame is the dearest part, and a diffuse surface has no use for it.
-            Bsdf::Diffuse { albedo } => Scattering::diffuse(*albedo),
+            Bsdf::Diffuse { albedo } => Scattering::diffuse(albedo),
             bsdf if !SPECULAR => Scattering::diffuse(bsdf.albedo(1.0)),
             bsdf => bsdf.scatter(hit.wo_local(), transport),
         }

@@ -1,10 +1,12 @@
+use std::f32::consts::FRAC_1_PI;
+
 use rayon::prelude::*;
 
 use super::mesh::{geometric_normal, least_altitude};
 use super::tracer::Hit;
 use super::{Mesh, SphereDesc};
 use crate::bsdf::{Coat, Event};
-use crate::math::{Aabb, Frame, RELATIVE_POSITION_ERROR, Ray, Vec3, offset_origin};
+use crate::math::{Aabb, Frame, RELATIVE_POSITION_ERROR, Ray, Vec2, Vec3, offset_origin};
 
 /// The triangles or spheres behind one geometry of the ray tracer.
 #[derive(Debug)]
@@ -66,6 +68,8 @@ pub(super) struct Geometry {
     pub p_error: f32,
     pub ng: Vec3,
     pub ns: Vec3,
+    /// Texture coordinates; any where there are none.
+    pub uv: Vec2,
     pub material: u32,
 }
 
@@ -127,6 +131,10 @@ fn on_triangle(mesh: &Mesh, facet: &Facet, hit: &Hit) -> Geometry {
         let [a, b, c] = triangle.map(|i| of[i as usize]);
         (1.0 - u - v) * a + u * b + v * c
     };
+    let texture = |of: &[Vec2]| {
+        let [a, b, c] = triangle.map(|i| of[i as usize]);
+        (1.0 - u - v) * a + u * b + v * c
+    };
     let Facet { ng, p_error, .. } = *facet;
     let ns = mesh.normals.as_ref().and_then(|normals| weigh(normals).try_normalize());
     Geometry {
@@ -134,6 +142,7 @@ fn on_triangle(mesh: &Mesh, facet: &Facet, hit: &Hit) -> Geometry {
         p_error,
         ng,
         ns: ns.unwrap_or(ng),
+        uv: mesh.uvs.as_deref().map_or(Vec2::ZERO, texture),
         material: mesh.materials[hit.primitive as usize],
     }
 }
@@ -146,6 +155,7 @@ fn on_sphere(sphere: &SphereDesc, p: Vec3) -> Geometry {
         p_error: RELATIVE_POSITION_ERROR * (sphere.center.abs().max_element() + sphere.radius),
         ng,
         ns: ng,
+        uv: Vec2::new(0.5 + ng.z.atan2(ng.x) * (0.5 * FRAC_1_PI), 0.5 + ng.y.asin() * FRAC_1_PI),
         material: sphere.material,
     }
 }
@@ -197,6 +207,8 @@ pub struct SurfaceHit {
     ns: Vec3,
     /// Back along the ray, unit.
     pub wo: Vec3,
+    /// Texture coordinates; any where there are none.
+    pub uv: Vec2,
     /// Number of the material.
     pub material: u32,
 }
@@ -205,9 +217,9 @@ impl SurfaceHit {
     // Inlined for the same reason as `Surface::at`.
     #[inline(always)]
     pub(super) fn new(ray: &Ray, t: f32, surface: Geometry) -> SurfaceHit {
-        let Geometry { p, p_error, ng, ns, material } = surface;
+        let Geometry { p, p_error, ng, ns, uv, material } = surface;
         let wo = -ray.dir.normalize();
-        SurfaceHit { p, p_error, t, ng, normal: seen_normal(ns, ng, wo), ns, wo, material }
+        SurfaceHit { p, p_error, t, ng, normal: seen_normal(ns, ng, wo), ns, wo, uv, material }
     }
 
     /// The frame around [`SurfaceHit::normal`].

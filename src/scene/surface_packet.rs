@@ -51,8 +51,8 @@ impl Scene {
         for lane in 0..rays.len.min(PACKET) {
             let Some(hit) = hits.hit(lane) else { continue };
             let surface = self.surfaces[hit.geometry as usize].at(&rays.ray(lane), &hit);
-            let (albedo, is_diffuse) = match &self.materials[surface.material as usize].bsdf {
-                Bsdf::Diffuse { albedo } => (*albedo, true),
+            let (albedo, is_diffuse) = match self.materials[surface.material as usize].bsdf_at(surface.uv) {
+                Bsdf::Diffuse { albedo } => (albedo, true),
                 bsdf => (bsdf.diffuse_share(cosine(&rays.ray(lane), surface.ns)), false),
             };
             surfaces.set(lane, &surface, albedo);

@@ -115,6 +115,7 @@ pub fn surface_mesh(n: usize) -> Mesh {
         name: String::from("surface"),
         vertices: grid_points(n).map(vertex).collect(),
         normals: Some(grid_points(n).map(vertex_normal).collect()),
+        uvs: None,
         triangles: grid_triangles(n).map(|t| t.map(|i| i as u32)).collect(),
         materials: vec![0; 2 * n * n],
     }

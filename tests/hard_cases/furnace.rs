@@ -10,7 +10,7 @@ use caustica::scene::{CameraDesc, FilmDesc, Material, Places, RenderDesc, Scene,
 use super::rooms::{by_both_traversals, inward_cube};
 
 fn furnace(albedo: Rgb, spheres: Vec<SphereDesc>, ball: Bsdf) -> [Scene; 2] {
-    let material = |name: &str, bsdf, emission| Material { name: name.into(), bsdf, emission };
+    let material = |name: &str, bsdf, emission| Material::plain(name, bsdf, emission);
     by_both_traversals(&SceneDesc {
         name: "furnace".into(),
         path: "furnace.toml".into(),

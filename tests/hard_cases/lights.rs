@@ -239,7 +239,7 @@ fn lights_behind_everything_bring_nothing() {
     below.point_lights = vec![point_light(Vec3::new(0.2, -1.5, 0.1))];
     let mut turned_away = below.clone();
     turned_away.point_lights.clear();
-    turned_away.materials.push(Material { name: "lamp".into(), bsdf: GREY, emission: Rgb::ONE });
+    turned_away.materials.push(Material::plain("lamp", GREY, Rgb::ONE));
     turned_away.meshes.push(floor(1.5, 0.5, 1));
     for desc in [below, turned_away] {
         for (picture, pass) in pictures(&desc) {

@@ -17,7 +17,7 @@ pub const GLASS: Bsdf = Bsdf::Dielectric { ior: 1.5 };
 pub const MIRROR: Bsdf = Bsdf::Mirror { reflectance: Rgb::ONE };
 
 pub fn dark(name: &str, bsdf: Bsdf) -> Material {
-    Material { name: name.into(), bsdf, emission: Rgb::ZERO }
+    Material::plain(name, bsdf, Rgb::ZERO)
 }
 
 /// A mesh of one material whose triangles are counterclockwise from the side that their normals point to.
@@ -26,6 +26,7 @@ pub fn mesh(vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>, material: u32) -> Mes
         name: "mesh".into(),
         vertices,
         normals: None,
+        uvs: None,
         materials: vec![material; triangles.len()],
         triangles,
     }
@@ -107,11 +108,7 @@ pub fn moved(mut desc: SceneDesc, scale: f32, shift: Vec3) -> SceneDesc {
 pub fn furnished_box() -> SceneDesc {
     let mut desc = lit_box();
     desc.materials.extend([dark("glass", GLASS), dark("mirror", MIRROR)]);
-    desc.materials.push(Material {
-        name: "lamp".into(),
-        bsdf: Bsdf::Diffuse { albedo: Rgb::ZERO },
-        emission: Rgb::splat(2.0),
-    });
+    desc.materials.push(Material::plain("lamp", Bsdf::Diffuse { albedo: Rgb::ZERO }, Rgb::splat(2.0)));
     desc.spheres.push(SphereDesc { center: Vec3::new(-0.35, -0.6, -0.3), radius: 0.3, material: 1 });
     let [a, b] = [Vec3::new(0.3, -0.9, -0.6), Vec3::new(0.8, -0.9, -0.2)];
     desc.meshes.push(quad([a, b, b + 1.2 * Vec3::Y, a + 1.2 * Vec3::Y], 2));

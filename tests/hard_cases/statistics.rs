@@ -172,7 +172,7 @@ fn passes_without_any_photon_change_nothing() {
     let mut lamp_away = lit_box();
     lamp_away.point_lights.clear();
     lamp_away.meshes = vec![floor(-1.0, 1.0, 0), floor(2.0, 1.0, 1)];
-    lamp_away.materials.push(Material { name: "lamp".into(), bsdf: GREY, emission: Rgb::ONE });
+    lamp_away.materials.push(Material::plain("lamp", GREY, Rgb::ONE));
     let mut none_emitted = lit_box();
     none_emitted.render.photons = 0;
     for desc in [lamp_away, none_emitted] {

@@ -142,7 +142,7 @@ fn leaning_cube() -> Mesh {
     let normals = inward.vertices.iter().map(|v| v.normalize()).collect();
     let triangles = inward.triangles.iter().map(|[a, b, c]| [*a, *c, *b]).collect();
     let vertices = inward.vertices.iter().map(|v| 0.4 * *v - Vec3::new(0.0, 0.4, 0.2)).collect();
-    Mesh { vertices, triangles, normals: Some(normals), ..inward }
+    Mesh { vertices, triangles, normals: Some(normals), uvs: None, ..inward }
 }
 
 /// A floor at y = 0 seen from above through a large radius, and a light in a bulb of glass, so that its photons are stored

@@ -1,9 +1,14 @@
 //! The tables `[material.NAME]`.
 
-use super::super::{Material, SceneError};
+use std::sync::Arc;
+
+use super::super::{Material, SceneError, Textures};
+use super::access::Reader;
 use super::fields::{Allowed, FRACTION, Field, Fields, NON_NEGATIVE, POSITIVE};
+use super::pictures::Encoding;
 use crate::bsdf::{Bsdf, Ggx, Interface, METALS, Metal, Plastic, RoughSurface};
 use crate::math::Rgb;
+use crate::texture::Texture;
 
 const KINDS: [&str; 9] = [
     "diffuse",
@@ -24,13 +29,22 @@ const ROUGHNESS: Allowed =
 const COAT: Allowed = Allowed { text: "a number from 1 to 10", holds: |x| (1.0..=10.0).contains(&x) };
 
 /// The materials in the order of the file.
-pub(super) fn materials(root: &Fields, warnings: &mut Vec<String>) -> Result<Vec<Material>, SceneError> {
+pub(super) fn materials(
+    root: &Fields,
+    reader: &Reader,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<Material>, SceneError> {
     let Some(field) = root.optional("material") else { return Ok(Vec::new()) };
     let table = field.open_table(String::from("scene"))?;
-    table.all().map(|(name, field)| material(name, &field, warnings)).collect()
+    table.all().map(|(name, field)| material(name, &field, reader, warnings)).collect()
 }
 
-fn material(name: &str, field: &Field, warnings: &mut Vec<String>) -> Result<Material, SceneError> {
+fn material(
+    name: &str,
+    field: &Field,
+    reader: &Reader,
+    warnings: &mut Vec<String>,
+) -> Result<Material, SceneError> {
     let known = [&KINDS[..], &["emission"]].concat();
     let table = field.table(format!("material `{name}`"), &known)?;
     let given: Vec<(&str, Field)> = table.all().filter(|(key, _)| KINDS.contains(key)).collect();
@@ -39,53 +53,57 @@ fn material(name: &str, field: &Field, warnings: &mut Vec<String>) -> Result<Mat
     if emission == Some(Rgb::ZERO) {
         warnings.push(format!("{}: material `{name}`: emission is zero", table.whereabouts()));
     }
-    let bsdf = bsdf(&table.place, kind, values)?;
-    Ok(Material { name: name.to_owned(), bsdf, emission: emission.unwrap_or(Rgb::ZERO) })
+    let mut pictured = Pictured { reader, textures: Textures::NONE };
+    let bsdf = bsdf(&table.place, kind, values, &mut pictured)?;
+    let (name, emission) = (name.to_owned(), emission.unwrap_or(Rgb::ZERO));
+    Ok(Material { name, bsdf, emission, textures: pictured.textures })
 }
 
 fn not_one_kind(table: &Fields, n: usize) -> SceneError {
     table.error(format!("has {n} of `{}`; allowed: exactly one of them", KINDS.join("`, `")))
 }
 
-fn bsdf(place: &str, kind: &str, values: &Field) -> Result<Bsdf, SceneError> {
+fn bsdf(place: &str, kind: &str, values: &Field, pictured: &mut Pictured) -> Result<Bsdf, SceneError> {
     let table = |known: &[&str]| values.table(format!("{place}, {kind}"), known);
     match kind {
-        "diffuse" => Ok(Bsdf::Diffuse { albedo: color(&table(&["albedo"])?, "albedo")? }),
-        "mirror" => Ok(Bsdf::Mirror { reflectance: color(&table(&["reflectance"])?, "reflectance")? }),
+        "diffuse" => Ok(Bsdf::Diffuse { albedo: pictured.color(&table(&["albedo"])?, "albedo")? }),
+        "mirror" => {
+            Ok(Bsdf::Mirror { reflectance: pictured.color(&table(&["reflectance"])?, "reflectance")? })
+        }
         "dielectric" => Ok(Bsdf::Dielectric { ior: float(&table(&["ior"])?, "ior", &POSITIVE)? }),
         "thin_dielectric" => Ok(Bsdf::ThinDielectric { ior: float(&table(&["ior"])?, "ior", &POSITIVE)? }),
         "conductor" => {
-            let (eta, k, reflectance) = metal(&table(&["metal", "eta", "k", "reflectance"])?)?;
+            let (eta, k, reflectance) = metal(&table(&["metal", "eta", "k", "reflectance"])?, pictured)?;
             Ok(Bsdf::Conductor { eta, k, reflectance })
         }
         "rough_conductor" => {
             let table = table(&["roughness", "metal", "eta", "k", "reflectance"])?;
-            let (eta, k, reflectance) = metal(&table)?;
-            rough(&table, Interface::Conductor { eta, k, reflectance })
+            let (eta, k, reflectance) = metal(&table, pictured)?;
+            rough(&table, pictured, Interface::Conductor { eta, k, reflectance })
         }
         "rough_dielectric" => {
             let table = table(&["roughness", "ior"])?;
-            rough(&table, Interface::Dielectric { ior: float(&table, "ior", &POSITIVE)? })
+            rough(&table, pictured, Interface::Dielectric { ior: float(&table, "ior", &POSITIVE)? })
         }
-        "plastic" => plastic(&table(&["base", "ior", "nonlinear"])?),
-        _ => fixed_weight(&table(&["color", "reflectivity", "transparency", "ior"])?),
+        "plastic" => plastic(&table(&["base", "ior", "nonlinear"])?, pictured),
+        _ => fixed_weight(&table(&["color", "reflectivity", "transparency", "ior"])?, pictured),
     }
 }
 
-fn rough(table: &Fields, interface: Interface) -> Result<Bsdf, SceneError> {
-    let alpha = float(table, "roughness", &ROUGHNESS)?;
+fn rough(table: &Fields, pictured: &mut Pictured, interface: Interface) -> Result<Bsdf, SceneError> {
+    let alpha = pictured.roughness(table)?;
     Ok(Bsdf::Rough(RoughSurface { facets: Ggx { alpha }, interface }))
 }
 
-fn plastic(table: &Fields) -> Result<Bsdf, SceneError> {
+fn plastic(table: &Fields, pictured: &mut Pictured) -> Result<Bsdf, SceneError> {
     let nonlinear = table.optional("nonlinear").map(|field| field.bool()).transpose()?.unwrap_or(false);
-    Ok(Bsdf::Plastic(Plastic::new(color(table, "base")?, float(table, "ior", &COAT)?, nonlinear)))
+    Ok(Bsdf::Plastic(Plastic::new(pictured.color(table, "base")?, float(table, "ior", &COAT)?, nonlinear)))
 }
 
 /// `eta`, `k` and the factor of a metal: by its name, or by its index.
-fn metal(table: &Fields) -> Result<(Rgb, Rgb, Rgb), SceneError> {
-    let reflectance = table.optional("reflectance").map(|field| field.vec3(&FRACTION)).transpose()?;
-    let reflectance = reflectance.unwrap_or(Rgb::ONE);
+fn metal(table: &Fields, pictured: &mut Pictured) -> Result<(Rgb, Rgb, Rgb), SceneError> {
+    let given = table.optional("reflectance").map(|_| pictured.color(table, "reflectance")).transpose()?;
+    let reflectance = given.unwrap_or(Rgb::ONE);
     let Some(name) = table.optional("metal") else {
         let index =
             |name: &str| table.required(name, "three finite numbers, 0 or above")?.vec3(&NON_NEGATIVE);
@@ -98,7 +116,7 @@ fn metal(table: &Fields) -> Result<(Rgb, Rgb, Rgb), SceneError> {
     Ok((eta, k, reflectance))
 }
 
-fn fixed_weight(table: &Fields) -> Result<Bsdf, SceneError> {
+fn fixed_weight(table: &Fields, pictured: &mut Pictured) -> Result<Bsdf, SceneError> {
     let share = |name| table.required(name, FRACTION.text)?.f64(&FRACTION);
     let (reflectivity, transparency) = (share("reflectivity")?, share("transparency")?);
     let sum = reflectivity + transparency;
@@ -107,7 +125,7 @@ fn fixed_weight(table: &Fields) -> Result<Bsdf, SceneError> {
     }
     let reflectivity = reflectivity as f32;
     Ok(Bsdf::FixedWeight {
-        color: color(table, "color")?,
+        color: pictured.color(table, "color")?,
         reflectivity,
         // Rounding must not leave a negative share to the Lambertian part.
         transparency: (transparency as f32).min(1.0 - reflectivity),
@@ -115,8 +133,44 @@ fn fixed_weight(table: &Fields) -> Result<Bsdf, SceneError> {
     })
 }
 
-fn color(table: &Fields, name: &str) -> Result<Rgb, SceneError> {
-    table.required(name, "three numbers from 0 to 1")?.vec3(&FRACTION)
+/// Reads values that may be pictures; the constant in place of one is the largest value that it has.
+struct Pictured<'a> {
+    reader: &'a Reader<'a>,
+    textures: Textures,
+}
+
+impl Pictured<'_> {
+    fn color(&mut self, table: &Fields, name: &str) -> Result<Rgb, SceneError> {
+        let field = table.required(name, "three numbers from 0 to 1")?;
+        if field.string().is_err() {
+            return field.vec3(&FRACTION);
+        }
+        let texture = self.texture(&field, Encoding::Colour)?;
+        let largest = texture.max();
+        if largest.max_element() > 1.0 || texture.min().min_element() < 0.0 {
+            return Err(field.error(format!(" reaches {largest}; allowed: values from 0 to 1")));
+        }
+        self.textures.color = Some(texture);
+        Ok(largest)
+    }
+
+    fn roughness(&mut self, table: &Fields) -> Result<f32, SceneError> {
+        let field = table.required("roughness", ROUGHNESS.text)?;
+        if field.string().is_err() {
+            return field.f32(&ROUGHNESS);
+        }
+        let texture = self.texture(&field, Encoding::Plain)?;
+        let largest = texture.max().x.clamp(Ggx::LEAST_ALPHA, 1.0);
+        self.textures.roughness = Some(texture);
+        Ok(largest)
+    }
+
+    fn texture(&self, field: &Field, encoding: Encoding) -> Result<Arc<Texture>, SceneError> {
+        let (path, image) = self.reader.picture(field, encoding)?;
+        let texture = Texture::new(path.display().to_string(), image);
+        let empty = || field.error(": holds what is no number; allowed: finite values".into());
+        texture.map(Arc::new).ok_or_else(empty)
+    }
 }
 
 fn float(table: &Fields, name: &str, allowed: &Allowed) -> Result<f32, SceneError> {

@@ -74,6 +74,7 @@ impl Entry<'_> {
             name: self.file.to_owned(),
             vertices: self.placed(&obj)?,
             normals: None,
+            uvs: None,
             triangles: self.wound(&obj),
             materials: match self.material {
                 Some(material) => vec![material; obj.triangles.len()],
@@ -179,7 +180,7 @@ impl Entry<'_> {
                 let name = name.map(|i| obj.material_names[i as usize].as_str());
                 let (bsdf, emission) = self.surface(name, &library, warnings);
                 let name = format!("{}:{}", self.file, name.unwrap_or("(none)"));
-                materials.push(Material { name, bsdf, emission });
+                materials.push(Material::plain(name, bsdf, emission));
                 materials.len() as u32 - 1
             })
         };

@@ -75,7 +75,7 @@ fn syntax_error(source: &Source, error: &toml::de::Error) -> SceneError {
 
 fn read_scene(path: &Path, root: &Fields, reader: &Reader) -> Result<SceneDesc, SceneError> {
     let mut warnings = Vec::new();
-    let own = material::materials(root, &mut warnings)?;
+    let own = material::materials(root, reader, &mut warnings)?;
     let names = own.iter().map(|material| material.name.as_str()).collect();
     let film = settings::film(root, reader.limits())?;
     let camera = settings::camera(root)?;

@@ -3,7 +3,7 @@
 use super::super::mesh::geometric_normal;
 use super::super::{Mesh, PointLightDesc, SceneError, SphereDesc};
 use super::fields::{COORDINATE, Fields, NON_NEGATIVE, Names, POSITIVE};
-use crate::math::{Rgb, Vec3};
+use crate::math::{Rgb, Vec2, Vec3};
 
 /// The tables headed `[[name]]`, numbered from 1 in their places.
 pub(super) fn each<'a, T>(
@@ -59,6 +59,7 @@ pub(super) fn quads(root: &Fields, names: &Names) -> Result<Vec<Mesh>, SceneErro
             name: table.place.clone(),
             vertices,
             normals: None,
+            uvs: Some(vec![Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y]),
             triangles: vec![[0, 1, 2], [0, 2, 3]],
             materials: vec![material(table, names)?; 2],
         })
@@ -80,7 +81,7 @@ fn check_quad(table: &Fields, corners: &[Vec3]) -> Result<(), SceneError> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing::{BASE, added_fails_with, changed_fails_with, fails_with, good, normal};
+    use super::super::testing::{BASE, added_fails_with, changed_fails_with, good, normal};
     use super::*;
 
     #[test]
