@@ -2,7 +2,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{AccessArgs, Traversal, number, size};
+use super::values::{number, size};
+use super::{AccessArgs, Traversal};
 
 #[derive(Args, Debug)]
 #[command(after_help = "\

@@ -2,7 +2,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{AccessArgs, Traversal, count, size, threads};
+use super::values::{count, size, threads};
+use super::{AccessArgs, Traversal};
 use crate::effects::PathClass;
 
 #[derive(Args, Debug)]

@@ -1,0 +1,19 @@
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{AccessArgs, Traversal};
+
+#[derive(Args, Debug)]
+pub struct InfoArgs {
+    /// The scene (TOML)
+    pub scene: PathBuf,
+    #[command(flatten)]
+    pub access: AccessArgs,
+    /// Who answers what rays hit
+    #[arg(long, value_enum, default_value_t = Traversal::Embree)]
+    pub traversal: Traversal,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}

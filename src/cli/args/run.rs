@@ -1,0 +1,81 @@
+//! What several commands take.
+
+use clap::{Args, ValueEnum};
+
+use super::values::{number, size, threads};
+use crate::scene::{self, Access};
+
+/// What every method of rendering takes.
+#[derive(Args, Debug)]
+pub struct RunArgs {
+    /// Who answers what rays hit
+    #[arg(long, value_enum, default_value_t = Traversal::Embree)]
+    pub traversal: Traversal,
+    /// Width and height of the picture in pixels [default: the scene's]
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub size: Option<(u32, u32)>,
+    /// Key of all random numbers
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub seed: u64,
+    /// Threads; the picture does not depend on them [default: all]
+    #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = threads)]
+    pub threads: Option<usize>,
+    /// Stop after the pass or sample in which so many seconds are over
+    #[arg(long, allow_negative_numbers = true, value_name = "SECONDS", value_parser = |s: &str| number(s, 0.0..=1e9))]
+    pub time: Option<f64>,
+    #[command(flatten)]
+    pub display: DisplayArgs,
+    /// Leave the measured seconds out of the EXR's header, so that equal pictures are equal files
+    #[arg(long)]
+    pub reproducible: bool,
+    /// Write the picture in 16 bits a sample: larger values than 65504 become that, and are counted
+    #[arg(long)]
+    pub half: bool,
+    #[command(flatten)]
+    pub access: AccessArgs,
+}
+
+/// What a scene may read and ask for.
+#[derive(Args, Clone, Copy, Debug)]
+pub struct AccessArgs {
+    /// Trust the scene with nothing: refuse files outside its folder, and pictures, counts and meshes beyond limits
+    /// (docs/scenes.md lists them)
+    #[arg(long)]
+    pub sandbox: bool,
+}
+
+impl From<AccessArgs> for Access {
+    fn from(args: AccessArgs) -> Access {
+        if args.sandbox { Access::sandbox() } else { Access::any() }
+    }
+}
+
+#[derive(Args, Debug)]
+pub struct DisplayArgs {
+    /// Exposure of PNGs in stops
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true)]
+    pub exposure: f32,
+    /// Gamma of PNGs
+    #[arg(long, value_name = "G", default_value_t = 2.2, value_parser = |s: &str| number(s, 0.01..=100.0).map(|g| g as f32))]
+    pub gamma: f32,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum Traversal {
+    /// Embree 4
+    Embree,
+    /// Embree 4 that may let a ray slip through between adjacent triangles
+    EmbreeFast,
+    /// The program's own tree of triangles and spheres
+    Custom,
+}
+
+impl From<Traversal> for scene::Traversal {
+    fn from(traversal: Traversal) -> scene::Traversal {
+        match traversal {
+            Traversal::Embree => scene::Traversal::Embree,
+            Traversal::EmbreeFast => scene::Traversal::EmbreeFast,
+            Traversal::Custom => scene::Traversal::Custom,
+        }
+    }
+}

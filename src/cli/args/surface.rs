@@ -1,0 +1,13 @@
+use std::path::PathBuf;
+
+use clap::Args;
+
+#[derive(Args, Debug)]
+pub struct SurfaceArgs {
+    /// The mesh to write
+    #[arg(value_name = "FILE.obj")]
+    pub output: PathBuf,
+    /// Cells along each side
+    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub cells: u32,
+}
