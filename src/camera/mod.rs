@@ -106,6 +106,21 @@ impl Camera {
         self.position
     }
 
+    /// How far `p` lies before the pinhole or the lens, along the axis of view, in scene units: not the distance, which is larger
+    /// towards the edges of the picture. Negative behind it.
+    pub fn depth(&self, p: Vec3) -> f32 {
+        (p - self.position).dot(self.forward)
+    }
+
+    /// The row-major matrix that takes row vectors `(x, y, z, 1)` of the world to the camera's own axes: x to the right of the
+    /// picture, y to its top, and it looks along -z.
+    pub fn world_to_camera(&self) -> [f32; 16] {
+        let (x, y, z) = (self.right.normalize(), self.up.normalize(), -self.forward);
+        let row = |axis: Vec3| [axis.dot(x), axis.dot(y), axis.dot(z)];
+        let [a, b, c, d] = [row(Vec3::X), row(Vec3::Y), row(Vec3::Z), row(-self.position)];
+        [a[0], a[1], a[2], 0.0, b[0], b[1], b[2], 0.0, c[0], c[1], c[2], 0.0, d[0], d[1], d[2], 1.0]
+    }
+
     /// The point of the lens that `u` of the unit square stands for.
     pub fn point_of_lens(&self, u: Vec2) -> Vec3 {
         self.lens.map_or(self.position, |lens| self.position + lens.offset(u))
@@ -197,6 +212,23 @@ mod tests {
             70.0,
             (200, 120),
         )
+    }
+
+    /// A point two units to the right, three up and five ahead, by the camera's own rays.
+    #[test]
+    fn the_matrix_takes_the_world_to_the_axes_of_the_camera() {
+        let camera = askew();
+        let [forward, right, up] = [Vec2::new(100.0, 60.0), Vec2::new(200.0, 60.0), Vec2::new(100.0, 0.0)]
+            .map(|raster| camera.towards(raster));
+        let (right, up) = ((right - forward).normalize(), (up - forward).normalize());
+        let p = camera.position() + 2.0 * right + 3.0 * up + 5.0 * forward;
+        let m = camera.world_to_camera();
+        let seen: [f32; 4] =
+            std::array::from_fn(|k| p.x * m[k] + p.y * m[4 + k] + p.z * m[8 + k] + m[12 + k]);
+        for (seen, expected) in seen.into_iter().zip([2.0, 3.0, -5.0, 1.0]) {
+            assert!((seen - expected).abs() < 1e-5, "{seen} instead of {expected}");
+        }
+        assert!((camera.depth(p) - 5.0).abs() < 1e-5);
     }
 
     /// Of a pinhole and of a lens.

@@ -6,6 +6,7 @@ mod console;
 mod args;
 mod bench;
 mod checkpoints;
+mod circumstances;
 mod compare;
 mod doctor;
 mod error;

@@ -3,6 +3,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use super::args::RenderArgs;
+use super::circumstances::with_circumstances;
 use super::error::CliError;
 use super::error_watch::ErrorRecord;
 use super::json_lines::JsonLines;
@@ -137,6 +138,7 @@ impl Outputs {
         let settings = render.settings();
         let aimed = render.setup().aim.map_or(0, |aim| aim.budget.aimed);
         let metadata = Metadata::new()
+            .with_world_to_camera(render.scene().camera().world_to_camera())
             .with("caustica:version", Value::Text(env!("CARGO_PKG_VERSION").into()))
             .with("caustica:method", Value::Text("progressive photon mapping".into()))
             .with("caustica:scene", Value::Text(self.scene.clone()))
@@ -148,6 +150,7 @@ impl Outputs {
             .with("caustica:samples", Value::Integer(settings.samples.into()))
             .with("caustica:depth", Value::Integer(settings.depth.into()))
             .with("caustica:radius_policy", Value::Text(settings.policy.to_string()))
+            .with("caustica:precision", Value::Text(format!("{:?}", settings.precision).to_lowercase()))
             .with("caustica:sampling", Value::Text(format!("{:?}", settings.sampling).to_lowercase()))
             .with("caustica:traversal", Value::Text(self.traversal.to_string()))
             .with("caustica:transport", Value::Text(render.plan().classes.to_string()))
@@ -159,7 +162,7 @@ impl Outputs {
             Some(confidence) => metadata.with("caustica:confidence", Value::Double(confidence)),
             None => metadata,
         };
-        if self.reproducible { metadata } else { metadata.with("caustica:seconds", Value::Double(seconds)) }
+        with_circumstances(metadata, self.reproducible, seconds)
     }
 }
 
@@ -184,7 +187,7 @@ fn named(layers: &Layers) -> Vec<ExrLayer<'_>> {
         layer("stderr", LayerChannels::Rgb, &layers.stderr),
         layer("bias", LayerChannels::Rgb, &layers.bias),
         layer("bound", LayerChannels::Rgb, &layers.bound),
-        layer("photons", LayerChannels::Grey, &layers.photons),
-        layer("radius", LayerChannels::Grey, &layers.radius),
+        layer("photons", LayerChannels::Single, &layers.photons),
+        layer("radius", LayerChannels::Single, &layers.radius),
     ]
 }

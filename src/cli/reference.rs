@@ -1,4 +1,5 @@
 use super::args::ReferenceArgs;
+use super::circumstances::with_circumstances;
 use super::error::{CliError, Outcome};
 use super::interrupt::Interrupt;
 use super::pictures::{PicturePath, default_output};
@@ -30,7 +31,7 @@ pub fn run(args: &ReferenceArgs) -> Result<Outcome, CliError> {
         progress.step(String::new());
     }
     progress.finish();
-    let metadata = metadata(args, &estimator, progress.seconds());
+    let metadata = metadata(args, &scene, &estimator, progress.seconds());
     picture.write(&estimator.picture(), &metadata, &Display::from(&args.run.display))?;
     error.write_exr(&estimator.standard_error(), &metadata)?;
     note!(
@@ -68,13 +69,14 @@ fn tell_what_is_missing(scene: &Scene) {
     }
 }
 
-fn metadata(args: &ReferenceArgs, estimator: &Estimator, seconds: f64) -> Metadata {
+fn metadata(args: &ReferenceArgs, scene: &Scene, estimator: &Estimator, seconds: f64) -> Metadata {
     let metadata = Metadata::new()
+        .with_world_to_camera(scene.camera().world_to_camera())
         .with("caustica:version", Value::Text(env!("CARGO_PKG_VERSION").into()))
         .with("caustica:method", Value::Text(name(args.method.into()).into()))
         .with("caustica:scene", Value::Text(args.scene.display().to_string()))
         .with("caustica:spp", Value::Integer(estimator.samples().into()))
         .with("caustica:traversal", Value::Text(Traversal::from(args.run.traversal).to_string()))
         .with("caustica:seed", Value::Text(args.run.seed.to_string()));
-    if args.run.reproducible { metadata } else { metadata.with("caustica:seconds", Value::Double(seconds)) }
+    with_circumstances(metadata, args.run.reproducible, seconds)
 }

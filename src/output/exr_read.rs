@@ -10,6 +10,7 @@ use exr::meta::MetaData;
 use exr::meta::attribute::Text;
 use exr::meta::header::Header;
 use exr::prelude::{ReadChannels, ReadLayers, read};
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::io::{BufReader, Cursor, Read, Seek};
 use std::path::{Path, PathBuf};
@@ -28,7 +29,7 @@ pub const MAX_PIXELS: usize = 1 << 28;
 /// [`MAX_PIXELS`] or more than memory suffices for, or is too short for the pixels that it promises.
 pub fn read_exr(path: &Path) -> Result<Image, OutputError> {
     let (file, length) = open(path)?;
-    read_colours(path, BufReader::new(file), length, "", |headers| no_colour(path, headers))
+    read_colours(path, BufReader::new(file), length, &COLOURS, |headers| no_colour(path, headers))
 }
 
 /// Reads a picture like [`read_exr`] from the bytes of a file; `name` stands for its path in errors.
@@ -36,7 +37,7 @@ pub fn read_exr(path: &Path) -> Result<Image, OutputError> {
 /// # Errors
 /// As those of [`read_exr`].
 pub fn read_exr_bytes(name: &Path, bytes: &[u8]) -> Result<Image, OutputError> {
-    read_colours(name, Cursor::new(bytes), bytes.len() as u64, "", |headers| no_colour(name, headers))
+    read_colours(name, Cursor::new(bytes), bytes.len() as u64, &COLOURS, |headers| no_colour(name, headers))
 }
 
 fn open(path: &Path) -> Result<(std::fs::File, u64), OutputError> {
@@ -48,7 +49,7 @@ fn no_colour(path: &Path, headers: &[Header]) -> OutputError {
 }
 
 /// Reads a named layer of an OpenEXR picture like [`read_exr`]: the channels `LAYER.R`, `LAYER.G` and `LAYER.B`, or
-/// else `LAYER.Y`.
+/// else `LAYER.X`, `LAYER.Y` and `LAYER.Z`, or else, as grey, the channel `LAYER`, or else `LAYER.Y`.
 ///
 /// # Errors
 /// As those of [`read_exr`], and when the file has no such layer; the text then lists those that there are.
@@ -59,7 +60,7 @@ pub fn read_exr_layer(path: &Path, layer: &str) -> Result<Image, OutputError> {
         layer: layer.into(),
         layers: list_layers(headers),
     };
-    read_colours(path, BufReader::new(file), length, &format!("{layer}."), missing)
+    read_colours(path, BufReader::new(file), length, &of_layer(layer), missing)
 }
 
 /// Reads the picture that `FILE.exr` or `FILE.exr:LAYER` names, by [`read_exr`] or [`read_exr_layer`].
@@ -82,54 +83,70 @@ fn split_layer(name: &Path) -> Option<(&Path, &str)> {
     Some((Path::new(path), &layer[1..]))
 }
 
-/// Reads the first part of a file that has colours in channels whose names begin with `prefix`.
+/// Reads the first part of a file that has channels of the given names, of which earlier ones take precedence.
 fn read_colours(
     path: &Path,
     mut file: impl Read + Seek,
     length: u64,
-    prefix: &str,
+    names: &[Names],
     missing: impl Fn(&[Header]) -> OutputError,
 ) -> Result<Image, OutputError> {
     let read_error = |error| read_error(path, error);
     let headers = MetaData::read_from_buffered(&mut file, false).map_err(read_error)?.headers;
-    let (header, colour) = headers
+    let (header, names) = headers
         .iter()
-        .find_map(|header| Some((header, Colour::of(header, prefix)?)))
+        .find_map(|header| Some((header, names.iter().find(|names| names.are_in(header))?)))
         .ok_or_else(|| missing(&headers))?;
     check_readable(path, header)?;
     headers.iter().try_for_each(|header| check_length(path, header, length))?;
     file.rewind().map_err(|error| read_error(error.into()))?;
-    match colour {
-        Colour::Rgb => read_rgb(file, prefix),
-        Colour::Luminance => read_luminance(file, prefix),
+    match names {
+        Names::Three(names) => read_three(file, names),
+        Names::One(name) => read_one(file, name),
     }
     .map_err(read_error)
 }
 
-/// The channels that a picture's colours come from.
-enum Colour {
-    Rgb,
-    Luminance,
+/// The names of the channels that a picture's colours come from.
+enum Names {
+    Three([Cow<'static, str>; 3]),
+    One(Cow<'static, str>),
 }
 
-impl Colour {
-    fn of(header: &Header, prefix: &str) -> Option<Colour> {
-        let has = |name: &str| {
-            let name = channel_name(prefix, name);
-            header.channels.list.iter().any(|channel| channel.name == name)
-        };
-        let rgb = ["R", "G", "B"].into_iter().all(has).then_some(Colour::Rgb);
-        rgb.or_else(|| has("Y").then_some(Colour::Luminance))
+/// Those of the picture itself.
+const COLOURS: [Names; 2] = [
+    Names::Three([Cow::Borrowed("R"), Cow::Borrowed("G"), Cow::Borrowed("B")]),
+    Names::One(Cow::Borrowed("Y")),
+];
+
+/// Those of a layer.
+fn of_layer(layer: &str) -> [Names; 4] {
+    let channel = |name| Cow::Owned(format!("{layer}.{name}"));
+    [
+        Names::Three(["R", "G", "B"].map(channel)),
+        Names::Three(["X", "Y", "Z"].map(channel)),
+        Names::One(layer.to_owned().into()),
+        Names::One(channel("Y")),
+    ]
+}
+
+impl Names {
+    fn are_in(&self, header: &Header) -> bool {
+        let has = |name| header.channels.list.iter().any(|channel| channel.name == text(name));
+        match self {
+            Names::Three(names) => names.iter().all(|name| has(name)),
+            Names::One(name) => has(name),
+        }
     }
 }
 
 /// Names are UTF-8, while the decoder's own conversion takes Latin-1 alone.
-fn channel_name(prefix: &str, name: &str) -> Text {
-    Text::from_slice_unchecked(format!("{prefix}{name}").as_bytes())
+fn text(name: &str) -> Text {
+    Text::from_slice_unchecked(name.as_bytes())
 }
 
-fn read_rgb(file: impl Read + Seek, prefix: &str) -> Result<Image, ExrError> {
-    let [r, g, b] = ["R", "G", "B"].map(|name| channel_name(prefix, name));
+fn read_three(file: impl Read + Seek, names: &[Cow<str>; 3]) -> Result<Image, ExrError> {
+    let [r, g, b] = names.each_ref().map(|name| text(name));
     let reader = read().no_deep_data().largest_resolution_level().specific_channels();
     let reader = reader.required(r).required(g).required(b).collect_pixels(
         |Vec2(width, height), _| Image::new(width, height),
@@ -145,9 +162,9 @@ fn read_rgb(file: impl Read + Seek, prefix: &str) -> Result<Image, ExrError> {
         .pixels)
 }
 
-fn read_luminance(file: impl Read + Seek, prefix: &str) -> Result<Image, ExrError> {
+fn read_one(file: impl Read + Seek, name: &str) -> Result<Image, ExrError> {
     let reader = read().no_deep_data().largest_resolution_level().specific_channels();
-    let reader = reader.required(channel_name(prefix, "Y")).collect_pixels(
+    let reader = reader.required(text(name)).collect_pixels(
         |Vec2(width, height), _| Image::new(width, height),
         |image: &mut Image, position, (y,): (f32,)| set(image, position, Rgb::splat(y)),
     );
@@ -211,17 +228,22 @@ fn list_channels(headers: &[Header]) -> String {
     headers.iter().map(names).collect::<Vec<_>>().join("; ")
 }
 
-/// The layers with colours, each once, by name.
+/// The layers, each once, by name: whole sets of channels, and channels without a dot that are no part of the picture.
 fn list_layers(headers: &[Header]) -> String {
     let channels = headers.iter().flat_map(|header| header.channels.list.iter());
-    let prefixes = channels.filter_map(|channel| {
+    let layers = channels.filter_map(|channel| {
         let name = String::from_utf8_lossy(channel.name.as_slice()).into_owned();
-        Some(name.rsplit_once('.')?.0.to_owned())
+        match name.rsplit_once('.') {
+            Some((layer, _)) => {
+                let names = of_layer(layer);
+                let is_whole = |header: &Header| names.iter().any(|names| names.are_in(header));
+                headers.iter().any(is_whole).then(|| layer.to_owned())
+            }
+            None => (!["R", "G", "B", "A"].contains(&name.as_str())).then_some(name),
+        }
     });
-    let has_colour =
-        |layer: &&String| headers.iter().any(|header| Colour::of(header, &format!("{layer}.")).is_some());
-    let layers: BTreeSet<String> = prefixes.collect();
-    let layers: Vec<&str> = layers.iter().filter(has_colour).map(String::as_str).collect();
+    let layers: BTreeSet<String> = layers.collect();
+    let layers: Vec<&str> = layers.iter().map(String::as_str).collect();
     if layers.is_empty() { "it has none".into() } else { format!("it has {}", layers.join(", ")) }
 }
 
@@ -287,11 +309,12 @@ mod tests {
         );
     }
 
-    /// Colour, a layer `stderr` of three channels, a grey layer `depth.far`, and channels that make no layer.
+    /// Colour, a layer `stderr` of three channels, a direction, two grey layers, and a channel that makes no layer.
     fn layered_file(path: &Path) {
-        let names = ["R", "G", "B", "stderr.R", "stderr.G", "stderr.B", "depth.far.Y", "half.R"];
+        let colours = ["R", "G", "B", "stderr.R", "stderr.G", "stderr.B"];
+        let names = [&colours[..], &["depth.far.Y", "half.R", "N.X", "N.Y", "N.Z", "Z"]].concat();
         let channel = |(index, name): (usize, &str)| {
-            AnyChannel::new(channel_name("", name), FlatSamples::F32(vec![index as f32; 12]))
+            AnyChannel::new(text(name), FlatSamples::F32(vec![index as f32; 12]))
         };
         let channels = AnyChannels::sort(names.into_iter().enumerate().map(channel).collect());
         ExrImage::from_channels((4, 3), channels).write().to_file(path).unwrap();
@@ -305,9 +328,12 @@ mod tests {
         let pixel = |layer: &str| named(layer).unwrap().get(3, 2);
         assert_eq!((pixel(""), pixel(":stderr")), (Rgb::new(0.0, 1.0, 2.0), Rgb::new(3.0, 4.0, 5.0)));
         assert_eq!(pixel(":depth.far"), Rgb::splat(6.0));
+        assert_eq!((pixel(":N"), pixel(":Z")), (Rgb::new(8.0, 9.0, 10.0), Rgb::splat(11.0)));
+        assert_eq!(pixel(":half.R"), Rgb::splat(7.0), "a channel by its whole name");
         for missing in ["bound", "half", "depth", ""] {
             let text = named(&format!(":{missing}")).unwrap_err().to_string();
-            let right = format!("picture.exr: there is no layer \"{missing}\"; it has depth.far, stderr");
+            let right =
+                format!("picture.exr: there is no layer \"{missing}\"; it has N, Z, depth.far, stderr");
             assert!(text.ends_with(&right), "{text}");
         }
         write_exr(&path, &Image::new(4, 3), &Metadata::new()).unwrap();

@@ -1,11 +1,12 @@
 use super::exr_header::sort_attributes;
-use super::{Metadata, OutputError, Value, write_atomically};
+use super::{ExrLayer, Metadata, OutputError, Value, write_atomically};
 use crate::film::Image;
 use exr::error::UnitResult;
 use exr::image::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image as ExrImage, Layer, write::WritableImage,
 };
-use exr::meta::attribute::{AttributeValue, Text};
+use exr::math::Vec2;
+use exr::meta::attribute::{AttributeValue, Chromaticities, Text};
 use exr::meta::header::{LayerAttributes, standard_names};
 use exr::prelude::{SmallVec, f16};
 use std::collections::HashMap;
@@ -15,7 +16,19 @@ use std::path::Path;
 /// The longest side, in pixels, that an EXR file can state.
 const MAX_SIDE: usize = i32::MAX as usize;
 
-/// Writes a picture as OpenEXR: one part, scan lines, 32-bit float channels R, G, B, ZIP over 16 lines, linear values.
+/// Who writes the files.
+const SOFTWARE: &str = concat!("Caustica ", env!("CARGO_PKG_VERSION"));
+
+/// The colours that R, G and B stand for, and their white: those of BT.709, which sRGB shares.
+const REC_709: Chromaticities = Chromaticities {
+    red: Vec2(0.64, 0.33),
+    green: Vec2(0.3, 0.6),
+    blue: Vec2(0.15, 0.06),
+    white: Vec2(0.3127, 0.329),
+};
+
+/// Writes a picture as OpenEXR: one part, scan lines, 32-bit float channels R, G, B, ZIP over 16 lines, linear values
+/// of BT.709's primaries.
 ///
 /// Equal pictures and metadata give equal bytes: attributes stand in the header sorted by name. NaN and infinities
 /// are kept. The file appears whole or not at all, see [`write_atomically`].
@@ -25,26 +38,6 @@ const MAX_SIDE: usize = i32::MAX as usize;
 /// holds control characters or belongs to the format, or when the file cannot be written.
 pub fn write_exr(path: &Path, image: &Image, metadata: &Metadata) -> Result<(), OutputError> {
     write_exr_layers(path, image, &[], metadata)
-}
-
-/// A named picture beside the main one in the same file: channels `NAME.R`, `NAME.G` and `NAME.B`, or `NAME.Y` alone.
-#[derive(Clone, Copy, Debug)]
-pub struct ExrLayer<'a> {
-    /// Its name, without a dot.
-    pub name: &'a str,
-    /// Which channels of `image` are written.
-    pub channels: LayerChannels,
-    /// As large as the main picture.
-    pub image: &'a Image,
-}
-
-/// The channels of a layer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LayerChannels {
-    /// All three.
-    Rgb,
-    /// The first one, for values that are the same in all.
-    Grey,
 }
 
 /// [`write_exr`] with further layers, which the EXR format keeps as channels of the same part.
@@ -112,7 +105,12 @@ fn encode(
 ) -> Result<Vec<u8>, OutputError> {
     check_size(path, image)?;
     check_layers(path, image, layers)?;
-    let attributes = LayerAttributes { other: attributes(path, metadata)?, ..LayerAttributes::default() };
+    let attributes = LayerAttributes {
+        other: attributes(path, metadata)?,
+        software_name: Some(utf8_text(SOFTWARE)),
+        world_to_camera: metadata.world_to_camera(),
+        ..LayerAttributes::default()
+    };
     let mut bytes = Vec::new();
     let encode_error = |reason| OutputError::Encode { path: path.to_path_buf(), reason };
     let channels = AnyChannels::sort(channels(image, layers, samples));
@@ -130,20 +128,17 @@ fn encode_channels(
     bytes: &mut Vec<u8>,
 ) -> UnitResult {
     let layer = Layer::new(size, attributes, Encoding::SMALL_LOSSLESS, channels);
-    ExrImage::from_layer(layer).write().non_parallel().to_buffered(Cursor::new(bytes))
+    let mut image = ExrImage::from_layer(layer);
+    image.attributes.chromaticities = Some(REC_709);
+    image.write().non_parallel().to_buffered(Cursor::new(bytes))
 }
 
 fn channels(image: &Image, layers: &[ExrLayer], main: Samples) -> SmallVec<[AnyChannel<FlatSamples>; 4]> {
     let of_picture = ["R", "G", "B"].into_iter().enumerate();
     let of_picture = of_picture.map(|(index, name)| (name.into(), image, index, main));
     let more = layers.iter().flat_map(|layer| {
-        let names: &[&str] = match layer.channels {
-            LayerChannels::Rgb => &["R", "G", "B"],
-            LayerChannels::Grey => &["Y"],
-        };
-        let named =
-            |(index, channel)| (format!("{}.{channel}", layer.name), layer.image, index, Samples::Float);
-        names.iter().enumerate().map(named)
+        let named = |(index, name)| (name, layer.image, index, Samples::Float);
+        layer.channels.names(layer.name).into_iter().enumerate().map(named)
     });
     let channel = |(name, image, index, samples): (String, &Image, usize, Samples)| {
         AnyChannel::new(utf8_text(&name), samples.of(image.pixels().iter().map(|pixel| pixel[index])))
@@ -213,7 +208,7 @@ fn utf8_text(text: &str) -> Text {
 mod tests {
     use super::*;
     use crate::math::Rgb;
-    use crate::output::read_exr;
+    use crate::output::{LayerChannels, read_exr};
     use exr::image::write::samples::WritableLevel;
     use exr::prelude::{FlatImage, SampleType, read_all_flat_layers_from_file};
     use std::path::PathBuf;
@@ -231,13 +226,21 @@ mod tests {
         let (image, noise) =
             (odd_image(), Image::from_pixels(37, 20, vec![Rgb::new(1.0, 2.0, 3.0); 740]).unwrap());
         let layer = |name, channels| ExrLayer { name, channels, image: &noise };
-        let layers = [layer("stderr", LayerChannels::Rgb), layer("photons", LayerChannels::Grey)];
+        let layers = [
+            layer("stderr", LayerChannels::Rgb),
+            layer("N", LayerChannels::Xyz),
+            layer("photons", LayerChannels::Single),
+        ];
         write_exr_layers(&path, &image, &layers, &Metadata::new()).unwrap();
         let channels = inspect(&path).layer_data[0].channel_data.list.clone();
         let names: Vec<String> = channels.iter().map(|channel| channel.name.to_string()).collect();
-        assert_eq!(names, ["B", "G", "R", "photons.Y", "stderr.B", "stderr.G", "stderr.R"]);
+        assert_eq!(
+            names,
+            ["B", "G", "N.X", "N.Y", "N.Z", "R", "photons", "stderr.B", "stderr.G", "stderr.R"]
+        );
         let first = |index: usize| channels[index].sample_data.values_as_f32().next().unwrap();
-        assert_eq!([3, 4, 5, 6].map(first), [1.0, 3.0, 2.0, 1.0]);
+        assert_eq!([2, 3, 4].map(first), [1.0, 2.0, 3.0]);
+        assert_eq!([6, 7, 8, 9].map(first), [1.0, 3.0, 2.0, 1.0]);
         assert_eq!(bits(&read_exr(&path).unwrap()), bits(&image), "layers do not hide the picture");
     }
 
@@ -318,6 +321,20 @@ mod tests {
         assert_eq!(found("caustica:alpha"), &AttributeValue::F32(0.7));
         assert_eq!(found("caustica:error"), &AttributeValue::F64(0.1));
         assert_eq!(found(&long_name), &AttributeValue::Text(utf8_text("")));
+    }
+
+    #[test]
+    fn attributes_of_the_format_tell_colours_camera_and_writer() {
+        let (_folder, path) = folder_and_path();
+        let matrix: [f32; 16] = std::array::from_fn(|k| k as f32);
+        write_exr(&path, &Image::new(2, 2), &Metadata::new().with_world_to_camera(matrix)).unwrap();
+        let file = inspect(&path);
+        assert_eq!(file.attributes.chromaticities, Some(REC_709));
+        assert_eq!(file.attributes.pixel_aspect, 1.0);
+        let layer = &file.layer_data[0].attributes;
+        assert_eq!(layer.world_to_camera, Some(matrix));
+        assert_eq!(layer.software_name, Some(utf8_text(SOFTWARE)));
+        assert!(SOFTWARE.starts_with("Caustica 0."));
     }
 
     #[test]

@@ -22,6 +22,7 @@ pub enum Value {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Metadata {
     entries: Vec<(String, Value)>,
+    world_to_camera: Option<[f32; 16]>,
 }
 
 impl Metadata {
@@ -38,6 +39,17 @@ impl Metadata {
             None => self.entries.push((name, value)),
         }
         self
+    }
+
+    /// These facts and where the camera stands: a row-major matrix that takes row vectors `(x, y, z, 1)` of the world to the
+    /// camera, which looks along -z with y upwards. EXR keeps it as `worldToCamera`.
+    pub fn with_world_to_camera(self, matrix: [f32; 16]) -> Metadata {
+        Metadata { world_to_camera: Some(matrix), ..self }
+    }
+
+    /// See [`Metadata::with_world_to_camera`].
+    pub fn world_to_camera(&self) -> Option<[f32; 16]> {
+        self.world_to_camera
     }
 
     /// Names and values in order; no name comes twice.

@@ -3,6 +3,7 @@
 mod atomic;
 mod error;
 mod exr_header;
+mod exr_layer;
 mod exr_read;
 mod exr_write;
 mod metadata;
@@ -13,7 +14,8 @@ mod png_read;
 pub use self::png::{Display, encode_png, write_png, write_png_samples};
 pub use atomic::{check_writable, replace_atomically, write_atomically};
 pub use error::OutputError;
+pub use exr_layer::{ExrLayer, LayerChannels};
 pub use exr_read::{MAX_PIXELS, read_exr, read_exr_bytes, read_exr_layer, read_exr_named};
-pub use exr_write::{ExrLayer, LARGEST_HALF, LayerChannels, write_exr, write_exr_half, write_exr_layers};
+pub use exr_write::{LARGEST_HALF, write_exr, write_exr_half, write_exr_layers};
 pub use metadata::{Metadata, Value};
 pub use png_read::{read_png, read_png_bytes};

@@ -329,6 +329,11 @@ impl<'s> Render<'s> {
         self.emitted_photons
     }
 
+    /// What is rendered.
+    pub fn scene(&self) -> &Scene {
+        self.scene
+    }
+
     /// The settings of the render.
     pub fn settings(&self) -> &Settings {
         &self.settings

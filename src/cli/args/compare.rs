@@ -16,7 +16,7 @@ Examples:
 
 METRIC: mae, mse, rmse, relmse, smape, psnr, max, p50, p90, p95, p99, p99.9, mean-ratio, flip,
 block-max, block-share; with standard errors z-rms, z1, z2, z3; with bounds coverage, untrusted.
-Pictures may be named FILE.exr:LAYER, which reads LAYER.R, LAYER.G and LAYER.B, or LAYER.Y.
+Pictures may be named FILE.exr:LAYER, which reads LAYER.R, LAYER.G and LAYER.B, or the channel LAYER.
 docs/compare.md explains the metrics.")]
 pub struct CompareArgs {
     /// The picture to judge
