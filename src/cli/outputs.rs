@@ -12,7 +12,7 @@ use super::pictures::{PicturePath, default_output};
 use crate::effects::{PathClass, Plan};
 use crate::film::Image;
 use crate::output::{Display, ExrLayer, LayerChannels, Metadata, Value};
-use crate::ppm::{Kinds, Layers, PassStatistics, Render, SetupStatistics};
+use crate::ppm::{Features, Kinds, Layers, PassStatistics, Render, SetupStatistics};
 use crate::scene::{SceneDesc, Traversal};
 
 /// Everything that the render writes; all paths are checked before it begins.
@@ -27,6 +27,7 @@ pub struct Outputs {
     tells_setup: bool,
     /// At which confidence, if the picture is to have layers.
     layers: Option<f64>,
+    features: bool,
     display: Display,
     traversal: Traversal,
     reproducible: bool,
@@ -75,6 +76,7 @@ impl Outputs {
             json: args.json.as_deref().map(|path| JsonLines::open(path, passes_before)).transpose()?,
             tells_setup: true,
             layers: args.layers.then_some(args.confidence),
+            features: args.features,
             display: Display::from(&args.run.display),
             traversal: args.run.traversal.into(),
             reproducible: args.run.reproducible,
@@ -119,7 +121,9 @@ impl Outputs {
         let light = light_layers(render);
         let errors = self.layers.and_then(|confidence| render.accuracy(confidence)?.layers());
         let mut layers: Vec<ExrLayer> = light.iter().map(|(class, image)| of_class(*class, image)).collect();
-        layers.extend(errors.as_ref().map(named).unwrap_or_default());
+        layers.extend(errors.as_ref().map(of_errors).unwrap_or_default());
+        let features = self.features.then(|| render.features());
+        layers.extend(features.as_ref().map(of_features).into_iter().flatten());
         self.picture.write_layers(&render.picture(), &layers, &metadata, &self.display)?;
         if let Some(direct) = &self.direct {
             direct.write(&render.direct_picture(), &metadata, &self.display)?;
@@ -177,17 +181,27 @@ fn light_layers(render: &Render) -> Vec<(PathClass, Image)> {
 }
 
 fn of_class(class: PathClass, image: &Image) -> ExrLayer<'_> {
-    ExrLayer { name: class.name(), channels: LayerChannels::Rgb, image }
+    layer(class.name(), LayerChannels::Rgb, image)
 }
 
-/// The layers under the names that they have in the file.
-fn named(layers: &Layers) -> Vec<ExrLayer<'_>> {
-    let layer = |name, channels, image| ExrLayer { name, channels, image };
+fn layer<'a>(name: &'a str, channels: LayerChannels, image: &'a Image) -> ExrLayer<'a> {
+    ExrLayer { name, channels, image }
+}
+
+fn of_errors(layers: &Layers) -> Vec<ExrLayer<'_>> {
     vec![
         layer("stderr", LayerChannels::Rgb, &layers.stderr),
         layer("bias", LayerChannels::Rgb, &layers.bias),
         layer("bound", LayerChannels::Rgb, &layers.bound),
         layer("photons", LayerChannels::Single, &layers.photons),
         layer("radius", LayerChannels::Single, &layers.radius),
+    ]
+}
+
+fn of_features(features: &Features) -> [ExrLayer<'_>; 3] {
+    [
+        layer("albedo", LayerChannels::Rgb, &features.albedo),
+        layer("N", LayerChannels::Xyz, &features.normal),
+        layer("Z", LayerChannels::Single, &features.depth),
     ]
 }

@@ -139,6 +139,18 @@ fn eye_rays(course: Course, strata: &Strata, pixel: u32, mut take: impl FnMut(Ra
     }
 }
 
+/// Gives `take` the first rays of a pixel's eye paths in a pass.
+pub(super) fn first_rays(
+    scene: &Scene,
+    settings: &Settings,
+    pass: u32,
+    pixel: u32,
+    mut take: impl FnMut(Ray),
+) {
+    let course = Course { stage: scene.into(), settings, pass };
+    eye_rays(course, &Strata::new(settings.samples), pixel, |ray, _| take(ray));
+}
+
 /// Strata of equal size and nearly equal sides, as many as there are samples, that tile a pixel.
 struct Strata {
     columns: u32,

@@ -27,6 +27,7 @@ mod draws;
 mod emission;
 mod evenness;
 mod facets;
+mod features;
 mod flights;
 mod flux_ledger;
 mod gather;
@@ -55,6 +56,7 @@ pub use accuracy::{Accuracy, Forecast, Layers, Outlook, PictureError, PixelError
 pub use camera_pass::EyePass;
 pub use direct::DirectPass;
 pub use facets::Facets;
+pub use features::Features;
 pub use flux_ledger::FluxLedger;
 pub use gather::{Found, received};
 pub use hit_point::{GatherState, HitPoint, PassSum};
@@ -287,6 +289,11 @@ impl<'s> Render<'s> {
     /// with another.
     pub fn layer(&self, class: PathClass) -> Option<Image> {
         develop::layer(self, class)
+    }
+
+    /// What the eye first sees of each pixel; computed when it is asked for.
+    pub fn features(&self) -> Features {
+        Features::of(self)
     }
 
     /// What is simulated, and why nothing else.

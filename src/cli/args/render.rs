@@ -66,6 +66,9 @@ pub struct RenderArgs {
     /// Add layers to the EXR: stderr, bias, bound, photons, radius
     #[arg(long, conflicts_with = "no_error_estimates")]
     pub layers: bool,
+    /// Add layers to the EXR of what is seen first, for denoisers and compositing: albedo, N (normal), Z (depth)
+    #[arg(long)]
+    pub features: bool,
     /// Kinds of light to simulate, separated by commas; direct light holds the lamps that are seen
     #[arg(long, value_name = "KINDS", value_delimiter = ',', default_value = "direct,caustic,indirect")]
     pub transport: Vec<PathClass>,
