@@ -106,6 +106,6 @@ pub fn default_output(scene: &str, suffix: &str) -> PathBuf {
 
 impl From<&DisplayArgs> for Display {
     fn from(args: &DisplayArgs) -> Display {
-        Display { exposure: args.exposure, gamma: args.gamma }
+        Display { exposure: args.exposure, curve: args.curve.into(), gamma: args.gamma }
     }
 }

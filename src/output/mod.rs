@@ -1,6 +1,7 @@
 //! Pictures on disk: EXR for numbers, PNG for eyes, and the safe way to put any file in its place.
 
 mod atomic;
+mod curve;
 mod error;
 mod exr_header;
 mod exr_layer;
@@ -13,6 +14,7 @@ mod png_read;
 
 pub use self::png::{Display, encode_png, write_png, write_png_samples};
 pub use atomic::{check_writable, replace_atomically, write_atomically};
+pub use curve::Curve;
 pub use error::OutputError;
 pub use exr_layer::{ExrLayer, LayerChannels};
 pub use exr_read::{MAX_PIXELS, read_exr, read_exr_bytes, read_exr_layer, read_exr_named};

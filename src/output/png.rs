@@ -1,4 +1,4 @@
-use super::{OutputError, write_atomically};
+use super::{Curve, OutputError, write_atomically};
 use crate::film::Image;
 use crate::math::Rgb;
 use std::io::{self, Write};
@@ -10,19 +10,21 @@ const NAN_COLOUR: [u8; 3] = [255, 0, 255];
 /// The longest side, in pixels, that a PNG file can state.
 const MAX_SIDE: usize = i32::MAX as usize;
 
-/// The display curve from linear values to display values: `clamp((2^exposure · x)^(1/gamma), 0, 1)`.
+/// From linear values to display values: `curve(2^exposure · x)^(1/gamma)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Display {
     /// Brightening in stops; 1 doubles, -1 halves.
     pub exposure: f32,
+    /// What becomes of the brightened light.
+    pub curve: Curve,
     /// Exponent of the display; more than 0.
     pub gamma: f32,
 }
 
 impl Default for Display {
-    /// No brightening, and the gamma 2.2 of common displays.
+    /// No brightening, no curve, and the gamma 2.2 of common displays.
     fn default() -> Display {
-        Display { exposure: 0.0, gamma: 2.2 }
+        Display { exposure: 0.0, curve: Curve::Plain, gamma: 2.2 }
     }
 }
 
@@ -33,7 +35,7 @@ impl Display {
     ///
     /// ```
     /// use caustica::{math::Rgb, output::Display};
-    /// let display = Display { exposure: 1.0, gamma: 2.0 };
+    /// let display = Display { exposure: 1.0, gamma: 2.0, ..Display::default() };
     /// assert_eq!(display.encode(Rgb::new(0.0, 0.125, 7.0)), [0, 128, 255]); // √(2 · 0.125) · 255 = 127.5
     /// ```
     pub fn encode(&self, linear: Rgb) -> [u8; 3] {
@@ -41,9 +43,7 @@ impl Display {
             return NAN_COLOUR;
         }
         let scale = self.exposure.exp2();
-        linear
-            .to_array()
-            .map(|x| ((scale * x.max(0.0)).powf(1.0 / self.gamma).min(1.0) * 255.0).round() as u8)
+        linear.to_array().map(|x| (self.curve.apply(scale * x).powf(1.0 / self.gamma) * 255.0).round() as u8)
     }
 
     fn check(&self, path: &Path) -> Result<(), OutputError> {
@@ -116,7 +116,7 @@ mod tests {
 
     #[test]
     fn the_curve_rounds_to_nearest_and_clamps() {
-        let linear = Display { exposure: 0.0, gamma: 1.0 };
+        let linear = Display { gamma: 1.0, ..Display::default() };
         let just = |code: f32| Rgb::splat(code / 255.0);
         assert_eq!(linear.encode(just(99.49)), [99; 3]);
         assert_eq!(linear.encode(just(99.51)), [100; 3]);
@@ -129,6 +129,13 @@ mod tests {
         assert_eq!(Display::default().encode(Rgb::new(0.5, 1.0, 0.0)), [186, 255, 0]);
         let brighter = Display { exposure: 1.0, ..Display::default() };
         assert_eq!(brighter.encode(Rgb::splat(0.25)), [186; 3]);
+    }
+
+    /// 0.80380 · 255 = 204.97 and 0.26690 · 255 = 68.06.
+    #[test]
+    fn the_curve_comes_between_exposure_and_gamma() {
+        let filmic = Display { exposure: 1.0, curve: Curve::Filmic, gamma: 1.0 };
+        assert_eq!(filmic.encode(Rgb::new(0.5, 0.09, 9.0)), [205, 68, 255]);
     }
 
     #[test]
@@ -161,7 +168,9 @@ mod tests {
         let write = |exposure, gamma, image: &Image| {
             let folder = tempfile::tempdir().unwrap();
             let path = folder.path().join("picture.png");
-            let text = write_png(&path, image, &Display { exposure, gamma }).unwrap_err().to_string();
+            let text = write_png(&path, image, &Display { exposure, gamma, ..Display::default() })
+                .unwrap_err()
+                .to_string();
             assert!(!path.exists());
             text
         };

@@ -64,7 +64,7 @@ impl Gallery {
             shown.push(Shown {
                 name: configuration.name,
                 picture: address(&path, &picture, &Display::default())?,
-                errors: address(&path, &errors, &Display { exposure: 0.0, gamma: 1.0 })?,
+                errors: address(&path, &errors, &Display { gamma: 1.0, ..Display::default() })?,
             });
         }
         Ok(Gallery { reference: address(folder, reference, &Display::default())?, shown })

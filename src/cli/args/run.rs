@@ -3,6 +3,7 @@
 use clap::{Args, ValueEnum};
 
 use super::values::{number, size, threads};
+use crate::output;
 use crate::scene::{self, Access};
 
 /// What every method of rendering takes.
@@ -55,9 +56,29 @@ pub struct DisplayArgs {
     /// Exposure of PNGs in stops
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true)]
     pub exposure: f32,
+    /// How PNGs show what is bright
+    #[arg(long, value_enum, default_value_t = Curve::Plain)]
+    pub curve: Curve,
     /// Gamma of PNGs
     #[arg(long, value_name = "G", default_value_t = 2.2, value_parser = |s: &str| number(s, 0.01..=100.0).map(|g| g as f32))]
     pub gamma: f32,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum Curve {
+    /// As it is, cut off at white
+    Plain,
+    /// Highlights fade like those of film (ACES, fitted by Narkowicz)
+    Filmic,
+}
+
+impl From<Curve> for output::Curve {
+    fn from(curve: Curve) -> output::Curve {
+        match curve {
+            Curve::Plain => output::Curve::Plain,
+            Curve::Filmic => output::Curve::Filmic,
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
