@@ -42,6 +42,7 @@ pub mod embree;
 pub mod film;
 pub mod input;
 pub mod light;
+pub mod live_view;
 pub mod math;
 pub mod output;
 pub mod ppm;

@@ -15,6 +15,7 @@ mod explain;
 mod info;
 mod interrupt;
 mod json_lines;
+mod live;
 mod memory;
 mod outputs;
 mod pictures;

@@ -2,6 +2,7 @@ use super::args::ReferenceArgs;
 use super::circumstances::with_circumstances;
 use super::error::{CliError, Outcome};
 use super::interrupt::Interrupt;
+use super::live::Live;
 use super::pictures::{PicturePath, default_output};
 use super::progress::{Budget, Progress};
 use super::{load, memory, use_threads};
@@ -19,6 +20,7 @@ pub fn run(args: &ReferenceArgs) -> Result<Outcome, CliError> {
     let output = args.output.clone().unwrap_or_else(|| default_output(&desc.name, suffix(method)));
     let picture = PicturePath::new(&output)?.with_half(args.run.half);
     let error = picture.with_suffix("_stderr")?;
+    let mut live = Live::start(&args.run, &desc.name);
     let scene = Scene::with_traversal(desc, args.run.traversal.into())?;
     if method == Method::Light {
         tell_what_is_missing(&scene);
@@ -28,6 +30,7 @@ pub fn run(args: &ReferenceArgs) -> Result<Outcome, CliError> {
     let mut estimator = Estimator::new(&scene, method, args.run.seed);
     while !progress.is_over(estimator.samples()) && !interrupt.is_asked() {
         estimator.add_sample();
+        live.follow(|| estimator.picture());
         progress.step(String::new());
     }
     progress.finish();
@@ -42,6 +45,7 @@ pub fn run(args: &ReferenceArgs) -> Result<Outcome, CliError> {
         picture.png().display(),
         error.exr().display()
     );
+    live.finish(|| estimator.picture());
     Ok(if interrupt.is_asked() { Outcome::Interrupted } else { Outcome::Done })
 }
 

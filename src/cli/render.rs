@@ -3,6 +3,7 @@ use super::checkpoints::Checkpoints;
 use super::error::{CliError, Outcome};
 use super::error_watch::{ErrorWatch, percent};
 use super::interrupt::Interrupt;
+use super::live::Live;
 use super::outputs::Outputs;
 use super::progress::{Budget, Progress};
 use super::{load, memory, use_threads};
@@ -27,6 +28,7 @@ pub fn run(args: &RenderArgs) -> Result<Outcome, CliError> {
     let passes_before = resumed.as_ref().map(|checkpoint| checkpoint.render.passes());
     let outputs = Outputs::check(args, &desc, threads, passes_before)?;
     let budget = budget(args, &desc);
+    let live = Live::start(&args.run, &desc.name);
     let scene = Scene::with_traversal(desc, args.run.traversal.into())?;
     let interrupt = Interrupt::listen();
     let progress = Progress::start("pass", budget);
@@ -34,7 +36,7 @@ pub fn run(args: &RenderArgs) -> Result<Outcome, CliError> {
     announce(args, &render);
     let errors = ErrorWatch::new(args.target_error, args.confidence, &settings);
     let unseen = Unseen::default();
-    let mut session = Session { render, errors, unseen, progress, outputs, checkpoints };
+    let mut session = Session { render, errors, unseen, progress, outputs, checkpoints, live };
     if let Some(checkpoint) = resumed {
         session.resume(checkpoint)?;
     }
@@ -53,6 +55,7 @@ struct Session<'s> {
     progress: Progress,
     outputs: Outputs,
     checkpoints: Option<Checkpoints>,
+    live: Live,
 }
 
 impl Session<'_> {
@@ -64,6 +67,7 @@ impl Session<'_> {
     }
 
     fn render_until(&mut self, interrupt: &Interrupt) -> Result<(), CliError> {
+        self.live.follow(|| self.render.picture());
         while !self.is_over(interrupt) {
             self.pass()?;
             if self.checkpoints.as_ref().is_some_and(Checkpoints::is_due) && !self.is_over(interrupt) {
@@ -90,6 +94,7 @@ impl Session<'_> {
         {
             note!("warning: {words}");
         }
+        self.live.follow(|| self.render.picture());
         let speed = format!("{:.0} photons/s", self.render.settings().photons as f64 / pass.seconds);
         self.progress.step(format!("{} {speed}", self.errors.message(seconds)));
         Ok(())
@@ -116,6 +121,7 @@ impl Session<'_> {
         if let Some(summary) = self.errors.summary() {
             note!("{summary}");
         }
+        self.live.finish(|| self.render.picture());
         first_error([kept, written])
     }
 }

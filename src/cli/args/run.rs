@@ -3,6 +3,7 @@
 use clap::{Args, ValueEnum};
 
 use super::values::{number, size, threads};
+use crate::live_view::Address;
 use crate::output;
 use crate::scene::{self, Access};
 
@@ -26,7 +27,10 @@ pub struct RunArgs {
     pub time: Option<f64>,
     #[command(flatten)]
     pub display: DisplayArgs,
-    /// Leave the measured seconds out of the EXR's header, so that equal pictures are equal files
+    /// Show the picture under way in the viewer tev that listens there; a PORT alone is of this machine (tev: 14158)
+    #[arg(long, value_name = "HOST:PORT")]
+    pub display_server: Option<Address>,
+    /// Leave command line and measured seconds out of the EXR's header, so that equal pictures are equal files
     #[arg(long)]
     pub reproducible: bool,
     /// Write the picture in 16 bits a sample: larger values than 65504 become that, and are counted
