@@ -47,9 +47,9 @@ fn run() -> Result<()> {
 /// What the measurements say about how the program was built.
 fn tell_compiler() -> Result<()> {
     let version = Command::new(env::var("RUSTC")?).arg("--version").output()?.stdout;
-    println!("cargo:rustc-env=CAUSTICA_RUSTC={}", String::from_utf8(version)?.trim());
+    println!("cargo:rustc-env=BUILT_BY_RUSTC={}", String::from_utf8(version)?.trim());
     let features = env::var("CARGO_CFG_TARGET_FEATURE").unwrap_or_default();
-    println!("cargo:rustc-env=CAUSTICA_TARGET_FEATURES={features}");
+    println!("cargo:rustc-env=BUILT_FOR_FEATURES={features}");
     Ok(())
 }
 

@@ -2,9 +2,11 @@
 
 mod bench;
 mod compare;
+mod completions;
 mod doctor;
 mod explain;
 mod info;
+mod man;
 mod reference;
 mod render;
 mod run;
@@ -16,9 +18,11 @@ use clap::{Parser, Subcommand};
 
 pub use bench::BenchArgs;
 pub use compare::CompareArgs;
+pub use completions::CompletionsArgs;
 pub use doctor::DoctorArgs;
 pub use explain::ExplainArgs;
 pub use info::InfoArgs;
+pub use man::ManArgs;
 pub use reference::ReferenceArgs;
 pub use render::RenderArgs;
 pub use run::{AccessArgs, DisplayArgs, RunArgs, Traversal};
@@ -66,6 +70,10 @@ pub enum Command {
     Bench(BenchArgs),
     /// Measure what accuracy costs: error against seconds, for settings and methods in turn
     Study(StudyArgs),
+    /// Print the completions of a shell
+    Completions(CompletionsArgs),
+    /// Write manual pages
+    Man(ManArgs),
 }
 
 #[cfg(test)]
@@ -76,5 +84,19 @@ mod tests {
     #[test]
     fn argument_table_is_consistent() {
         Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn the_help_of_every_command_has_examples() {
+        let program = Arguments::command();
+        for command in [&program].into_iter().chain(program.get_subcommands()) {
+            let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+            let called = command.get_name();
+            let start = match called {
+                "caustica" => "Examples:\n  caustica ".to_owned(),
+                _ => format!("Examples:\n  caustica {called}"),
+            };
+            assert!(help.starts_with(&start), "{called}: {help}");
+        }
     }
 }

@@ -2,10 +2,8 @@
 
 use std::env;
 
+use super::variables;
 use crate::output::{Metadata, Value};
-
-/// What variables begin with that stand for flags.
-const VARIABLES: &str = "CAUSTICA_";
 
 /// Adds them to the facts of a picture; a reproducible one does without, since paths and seconds differ where pictures do not.
 pub fn with_circumstances(metadata: Metadata, reproducible: bool, seconds: f64) -> Metadata {
@@ -22,7 +20,7 @@ fn command_line() -> String {
     let text = |text: std::ffi::OsString| text.to_string_lossy().into_owned();
     let mut variables: Vec<(String, String)> =
         env::vars_os().map(|(name, value)| (text(name), text(value))).collect();
-    variables.retain(|(name, _)| name.starts_with(VARIABLES));
+    variables.retain(|(name, _)| name.starts_with(variables::PREFIX));
     variables.sort_unstable();
     let variables = variables.into_iter().map(|(name, value)| format!("{name}={}", quoted(&value)));
     let arguments = env::args_os().map(|argument| quoted(&text(argument)));

@@ -22,15 +22,15 @@ mod pictures;
 mod progress;
 mod reference;
 mod render;
+mod shell;
 mod study;
 mod surface;
+mod variables;
 
 use std::path::Path;
 use std::process::ExitCode;
 
-use clap::Parser;
-
-use args::{Arguments, Command};
+use args::Command;
 use error::{CliError, Outcome};
 
 use crate::scene::{Access, SceneDesc, load_with};
@@ -41,7 +41,7 @@ use crate::scene::{Access, SceneDesc, load_with};
 /// written; 2 the input or the arguments are wrong, nothing was written; 130 interrupted, the picture so far was written;
 /// 141 whoever read standard output has closed it.
 pub fn run() -> ExitCode {
-    match dispatch(Arguments::parse().command) {
+    match dispatch(variables::parse().command) {
         Ok(outcome) => outcome.exit_code(),
         Err(error) => {
             note!("error: {error}");
@@ -61,6 +61,8 @@ fn dispatch(command: Command) -> Result<Outcome, CliError> {
         Command::Surface(args) => surface::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Study(args) => study::run(&args),
+        Command::Completions(args) => shell::completions(&args),
+        Command::Man(args) => shell::man(&args),
     }
 }
 

@@ -5,6 +5,10 @@ use clap::Args;
 use super::{AccessArgs, Traversal};
 
 #[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  caustica info data/cornell_b.toml
+  caustica info data/course_water.toml --json")]
 pub struct InfoArgs {
     /// The scene (TOML)
     pub scene: PathBuf,

@@ -13,7 +13,10 @@ Examples:
 
 Path tracing misses point lights through glass and water, light tracing what is seen in mirrors or through
 glass and water; elsewhere both tend to the same picture, and light tracing has far less noise in caustics.
-Beside FILE.exr and FILE.png it writes FILE_stderr.exr: the standard error of every pixel and channel.")]
+Beside FILE.exr and FILE.png it writes FILE_stderr.exr: the standard error of every pixel and channel.
+
+A flag --some-name may be given as the variable CAUSTICA_SOME_NAME, too. Flags win over variables, those over the
+scene file; docs/configuration.md tells more.")]
 pub struct ReferenceArgs {
     /// The scene (TOML)
     pub scene: PathBuf,

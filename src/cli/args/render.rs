@@ -20,7 +20,10 @@ Examples:
 
 Ctrl-C finishes the pass under way and writes the picture, and the checkpoint where one is kept;
 a second one stops at once. The last command may be killed and given again at any time.
-docs/long-runs.md tells more.")]
+docs/long-runs.md tells more.
+
+A flag --some-name may be given as the variable CAUSTICA_SOME_NAME, too. Flags win over variables, those over the
+scene file; docs/configuration.md tells more.")]
 pub struct RenderArgs {
     /// The scene (TOML)
     pub scene: PathBuf,

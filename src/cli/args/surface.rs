@@ -3,6 +3,10 @@ use std::path::PathBuf;
 use clap::Args;
 
 #[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  caustica surface data/surface.obj
+  caustica surface out/coarse.obj --cells 64")]
 pub struct SurfaceArgs {
     /// The mesh to write
     #[arg(value_name = "FILE.obj")]
