@@ -6,7 +6,7 @@ CAUSTICA := $(TARGET)/release/caustica
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup build render test lint check-docs hard-cases convergence fuzz sanitize bench study accuracy instructions install clean
+.PHONY: help setup build render test lint check-docs crosscheck hard-cases convergence fuzz sanitize bench study accuracy instructions install clean
 
 help: ## List these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' Makefile
@@ -38,6 +38,9 @@ check-docs: setup ## Check that links, targets and sub-commands in the documents
 	scripts/check_docs.py $(TARGET)/debug/caustica
 	scripts/hard_cases.py --check
 
+crosscheck: build ## Hold pictures against what oiiotool, exrheader, OpenEXR and Mitsuba read in them
+	scripts/crosscheck.sh $(CAUSTICA)
+
 hard-cases: setup ## Run the hard cases, and write their table into docs/hard-cases.md
 	scripts/hard_cases.py --update
 
@@ -68,9 +71,15 @@ accuracy: build data/surface.obj ## Hold the errors that renders claim against r
 instructions: setup ## Count the instructions of kernels by callgrind
 	scripts/count_instructions.py
 
+SHARE = $(DESTDIR)$(PREFIX)/share
 # The system's Embree and that of EMBREE_DIR stay where they are; the private one goes along.
-install: build ## Install into PREFIX (/usr/local)
+install: build ## Install program, manual pages and completions into PREFIX (/usr/local)
 	install -D -m 755 $(CAUSTICA) $(DESTDIR)$(PREFIX)/bin/caustica
+	$(CAUSTICA) man $(SHARE)/man/man1
+	install -d $(SHARE)/bash-completion/completions $(SHARE)/zsh/site-functions $(SHARE)/fish/vendor_completions.d
+	$(CAUSTICA) completions bash >$(SHARE)/bash-completion/completions/caustica
+	$(CAUSTICA) completions zsh >$(SHARE)/zsh/site-functions/_caustica
+	$(CAUSTICA) completions fish >$(SHARE)/fish/vendor_completions.d/caustica.fish
 	if [ -z "$$EMBREE_DIR" ] && [ -d .embree ]; then \
 		install -D -m 644 -t $(DESTDIR)$(PREFIX)/lib .embree/lib/*.so.*; \
 	fi
