@@ -6,7 +6,7 @@ CAUSTICA := $(TARGET)/release/caustica
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup build render test lint check-docs crosscheck hard-cases convergence fuzz sanitize bench study accuracy instructions install clean
+.PHONY: help setup build denoiser render test lint check-docs crosscheck hard-cases convergence fuzz sanitize bench study accuracy instructions install clean
 
 help: ## List these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' Makefile
@@ -16,6 +16,12 @@ setup: ## Get what the build needs: compiler, libclang, Rust, Embree 4
 
 build: setup ## Build the program, optimised
 	cargo build --release --locked
+
+OIDN_DIR ?= $(CURDIR)/tools/oidn
+denoiser: setup ## Build the program with `render --denoise`, by Open Image Denoise, and test that
+	scripts/oidn.sh
+	OIDN_DIR=$(OIDN_DIR) cargo test --locked --features oidn --test denoise
+	OIDN_DIR=$(OIDN_DIR) cargo build --release --locked --features oidn
 
 data/surface.obj: | build
 	$(CAUSTICA) surface $@

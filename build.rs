@@ -39,9 +39,18 @@ fn run() -> Result<()> {
     check_version(&embree)?;
     link(&embree, &out.join("embree"))?;
     generate_bindings(&embree, &out.join("embree4.rs"))?;
+    find_denoiser_at_run_time();
     tell_compiler()?;
     watch(&root, &embree);
     Ok(())
+}
+
+/// Open Image Denoise is linked by its crate, from the prefix that `OIDN_DIR` names.
+fn find_denoiser_at_run_time() {
+    println!("cargo:rerun-if-env-changed=OIDN_DIR");
+    if let (Some(_), Ok(prefix)) = (env::var_os("CARGO_FEATURE_OIDN"), env::var("OIDN_DIR")) {
+        println!("cargo:rustc-link-arg=-Wl,-rpath,{prefix}/lib");
+    }
 }
 
 /// What the measurements say about how the program was built.

@@ -36,6 +36,8 @@ pub mod camera;
 pub mod checkpoint;
 pub mod cli;
 pub mod compare;
+#[cfg(feature = "oidn")]
+pub mod denoise;
 pub mod doctor;
 pub mod effects;
 pub mod embree;

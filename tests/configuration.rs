@@ -195,7 +195,12 @@ fn manual_pages_stand_for_the_program_and_every_command() {
     assert!(page("caustica.1").contains("caustica\\-compare(1)"));
     let render = page("caustica-render.1");
     assert!(render.starts_with(".ie") || render.starts_with(".TH"), "{render}");
-    for part in [".TH caustica-render 1  \"caustica 0.", "\\-\\-target\\-error", "Examples:", "\\-\\-display\\-server"] {
+    for part in [
+        ".TH caustica-render 1  \"caustica 0.",
+        "\\-\\-target\\-error",
+        "Examples:",
+        "\\-\\-display\\-server",
+    ] {
         assert!(render.contains(part), "{part} in {render}");
     }
     assert_eq!(

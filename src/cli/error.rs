@@ -80,6 +80,9 @@ pub enum CliError {
     Bench(#[from] BenchError),
     #[error(transparent)]
     Study(#[from] StudyError),
+    #[cfg(feature = "oidn")]
+    #[error(transparent)]
+    Denoise(#[from] crate::denoise::DenoiseError),
     #[error("{what}: {source}; ask for {remedy}")]
     Memory { what: String, source: std::io::Error, remedy: &'static str },
     #[error("cannot start threads: {reason}")]
@@ -109,6 +112,8 @@ impl CliError {
             ) => 2,
             // As if SIGPIPE had ended the process.
             CliError::StandardOutput { source } if source.kind() == ErrorKind::BrokenPipe => 141,
+            #[cfg(feature = "oidn")]
+            CliError::Denoise(_) => 1,
             CliError::Write(_)
             | CliError::StandardOutput { .. }
             | CliError::Statistics { .. }

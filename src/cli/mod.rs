@@ -8,6 +8,8 @@ mod bench;
 mod checkpoints;
 mod circumstances;
 mod compare;
+#[cfg(feature = "oidn")]
+mod denoised;
 mod doctor;
 mod error;
 mod error_watch;

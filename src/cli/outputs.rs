@@ -4,6 +4,8 @@ use serde::Serialize;
 
 use super::args::RenderArgs;
 use super::circumstances::with_circumstances;
+#[cfg(feature = "oidn")]
+use super::denoised::Denoised;
 use super::error::CliError;
 use super::error_watch::ErrorRecord;
 use super::json_lines::JsonLines;
@@ -28,6 +30,8 @@ pub struct Outputs {
     /// At which confidence, if the picture is to have layers.
     layers: Option<f64>,
     features: bool,
+    #[cfg(feature = "oidn")]
+    denoised: Option<Denoised>,
     display: Display,
     traversal: Traversal,
     reproducible: bool,
@@ -77,6 +81,8 @@ impl Outputs {
             tells_setup: true,
             layers: args.layers.then_some(args.confidence),
             features: args.features,
+            #[cfg(feature = "oidn")]
+            denoised: args.denoise.then(|| Denoised::beside(&output, args.run.half)).transpose()?,
             display: Display::from(&args.run.display),
             traversal: args.run.traversal.into(),
             reproducible: args.run.reproducible,
@@ -125,6 +131,10 @@ impl Outputs {
         let features = self.features.then(|| render.features());
         layers.extend(features.as_ref().map(of_features).into_iter().flatten());
         self.picture.write_layers(&render.picture(), &layers, &metadata, &self.display)?;
+        #[cfg(feature = "oidn")]
+        if let Some(denoised) = &self.denoised {
+            denoised.write(render, &metadata, &self.display)?;
+        }
         if let Some(direct) = &self.direct {
             direct.write(&render.direct_picture(), &metadata, &self.display)?;
         }

@@ -72,6 +72,10 @@ pub struct RenderArgs {
     /// Add layers to the EXR of what is seen first, for denoisers and compositing: albedo, N (normal), Z (depth)
     #[arg(long)]
     pub features: bool,
+    /// Write a denoised picture, too: FILE_denoised.exr and its PNG, to look at and not to measure
+    #[cfg(feature = "oidn")]
+    #[arg(long)]
+    pub denoise: bool,
     /// Kinds of light to simulate, separated by commas; direct light holds the lamps that are seen
     #[arg(long, value_name = "KINDS", value_delimiter = ',', default_value = "direct,caustic,indirect")]
     pub transport: Vec<PathClass>,
