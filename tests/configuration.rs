@@ -1,4 +1,5 @@
 //! Variables in the place of flags, colours on terminals and elsewhere, completions and manual pages.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a panic is how a test fails")]
 
 use std::fs;
 use std::path::Path;

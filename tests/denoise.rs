@@ -1,5 +1,5 @@
 //! Denoised pictures: `OIDN_DIR=.. cargo test --features oidn --test denoise`.
-
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a panic is how a test fails")]
 #![cfg(feature = "oidn")]
 
 use std::fs;

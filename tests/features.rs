@@ -1,4 +1,5 @@
 //! What pictures tell about the surfaces that are seen first.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a panic is how a test fails")]
 
 use std::fs;
 

@@ -59,7 +59,11 @@ impl LiveView {
 
     /// Whether a picture is worth making: a quarter of a second after the last, if the viewer has taken that.
     pub fn is_due(&self) -> bool {
-        self.idle.load(Ordering::Relaxed) && self.shown.is_none_or(|shown| shown.elapsed() >= INTERVAL)
+        self.is_due_at(Instant::now())
+    }
+
+    fn is_due_at(&self, now: Instant) -> bool {
+        self.idle.load(Ordering::Relaxed) && self.shown.is_none_or(|shown| now >= shown + INTERVAL)
     }
 
     /// Hands over a picture of always the same size and returns at once. Pictures that the viewer is too slow for are
@@ -75,9 +79,13 @@ impl LiveView {
     /// # Errors
     /// When it does not.
     pub fn finish(self) -> Result<(), LiveViewError> {
+        self.finish_within(FAREWELL)
+    }
+
+    fn finish_within(self, patience: Duration) -> Result<(), LiveViewError> {
         drop(self.pictures);
-        match self.ended.recv_timeout(FAREWELL) {
-            Err(RecvTimeoutError::Timeout) => Err(LiveViewError::Slow { seconds: FAREWELL.as_secs() }),
+        match self.ended.recv_timeout(patience) {
+            Err(RecvTimeoutError::Timeout) => Err(LiveViewError::Slow { seconds: patience.as_secs() }),
             Ok(()) | Err(RecvTimeoutError::Disconnected) => Ok(()),
         }
     }
@@ -97,4 +105,38 @@ fn follow(
         idle.store(true, Ordering::Relaxed);
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::net::TcpListener;
+
+    fn listener() -> (TcpListener, Address) {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let address = listener.local_addr().unwrap().into();
+        (listener, address)
+    }
+
+    #[test]
+    fn pictures_are_due_four_times_a_second_while_the_viewer_keeps_up() {
+        let (_listener, address) = listener();
+        let mut view = LiveView::start(address, "a".into(), |_| ());
+        let shown = Instant::now();
+        view.shown = Some(shown);
+        assert!(!view.is_due_at(shown + INTERVAL - Duration::from_nanos(1)));
+        assert!(view.is_due_at(shown + INTERVAL));
+        view.idle.store(false, Ordering::Relaxed);
+        assert!(!view.is_due_at(shown + 100 * INTERVAL));
+    }
+
+    /// It has more to take than the buffers of a connection hold.
+    #[test]
+    fn the_end_does_not_wait_forever() {
+        let (_listener, address) = listener();
+        let mut view = LiveView::start(address, "a".into(), |_| ());
+        view.show(Image::new(2000, 2000));
+        let told = view.finish_within(Duration::from_millis(1)).unwrap_err().to_string();
+        assert_eq!(told, "the viewer did not take the last picture within 0 s");
+    }
 }

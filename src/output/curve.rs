@@ -18,7 +18,7 @@ const WHITE: f32 = 1e4;
 impl Curve {
     /// The brightness in `[0, 1]` for so much light; 0 for none, for less than none and for NaN.
     pub fn apply(self, light: f32) -> f32 {
-        let x = light.max(0.0).min(WHITE);
+        let x = if light > 0.0 { light.min(WHITE) } else { 0.0 };
         match self {
             Curve::Plain => x.min(1.0),
             Curve::Filmic => (x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)).min(1.0),
