@@ -1,6 +1,7 @@
 //! Measurements of the program against what it could be: one file for each question.
 //!
 //! - [`aim`]: what do photons aimed at glass gain?
+//! - [`guide`]: what do photons guided to what is seen gain?
 //! - [`pass`]: what does a photon pass cost beyond tracing its rays?
 //! - [`gather`]: does the sphere tree beat Embree's point query, a hash grid and a k-d tree?
 //! - [`leaks`]: do rays slip through closed meshes?
@@ -17,6 +18,7 @@ mod error;
 pub mod gather;
 mod gather_page;
 pub mod gather_source;
+pub mod guide;
 mod hash_grid;
 mod kd_tree;
 pub mod leaks;

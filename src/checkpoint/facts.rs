@@ -82,6 +82,7 @@ impl Facts {
             transport,
             kinds,
             caustic_photons,
+            guiding,
             planning,
         } = *settings;
         self.add("samples", samples);
@@ -105,6 +106,7 @@ impl Facts {
         self.add("transport", transport);
         self.add("kinds of light", lower_case(kinds));
         self.add("caustic photons", caustic_photons);
+        self.add("guiding", guiding);
         self.add("planning", lower_case(planning));
     }
 
@@ -244,6 +246,7 @@ mod tests {
             ("eye seed", Settings { eye_seed: Some(4), ..ours }),
             ("eye paths", Settings { eye_paths: Some(EyePaths::Retraced), ..ours }),
             ("error estimates", Settings { error_estimates: ErrorEstimates::Pixels, ..ours }),
+            ("guiding", Settings { guiding: crate::ppm::Guiding::Off, ..ours }),
         ] {
             let differences = facts(&desc, &theirs).differences(&facts(&desc, &ours));
             assert!(

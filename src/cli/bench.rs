@@ -9,13 +9,14 @@ use super::{load, use_threads};
 use crate::bench::aim::{self, AimSettings};
 use crate::bench::gather::{self, GatherSettings, Radii};
 use crate::bench::gather_source::{Rendered, Source};
+use crate::bench::guide::{self, GuideSettings};
 use crate::bench::leaks;
 use crate::bench::numerics;
 use crate::bench::pass::{self, PassSettings};
 use crate::bench::rays::{self, RaySettings};
 use crate::bench::structures::{RIVALS, VARIANTS};
 use crate::output::{check_writable, write_atomically};
-use crate::ppm::{Aiming, Kinds, Settings};
+use crate::ppm::{Aiming, Guiding, Kinds, Settings};
 use crate::report::Page;
 use crate::scene::{Access, Scene};
 
@@ -26,9 +27,10 @@ pub fn run(args: &BenchArgs) -> Result<Outcome, CliError> {
     if cfg!(debug_assertions) {
         note!("warning: this build checks its arithmetic: measure with one of `cargo build --release`");
     }
-    match (&args.pass, &args.aim) {
-        (Some(scene), _) => run_pass(args, scene),
-        (_, Some(scene)) => run_aim(args, scene),
+    match (&args.pass, &args.aim, &args.guide) {
+        (Some(scene), _, _) => run_pass(args, scene),
+        (_, Some(scene), _) => run_aim(args, scene),
+        (_, _, Some(scene)) => run_guide(args, scene),
         _ => run_on_generated_scenes(args),
     }
 }
@@ -61,6 +63,15 @@ fn run_aim(args: &BenchArgs, path: &Path) -> Result<Outcome, CliError> {
     write(args, &report, &report.page())
 }
 
+fn run_guide(args: &BenchArgs, path: &Path) -> Result<Outcome, CliError> {
+    let scene = Scene::new(load(path, Access::any())?)?;
+    let of_scene = Settings::of_scene(scene.render());
+    let render = Settings { photons: args.photons.unwrap_or(of_scene.photons), ..of_scene };
+    let settings = GuideSettings { render, passes: args.passes, repetitions: args.repetitions as usize };
+    let report = guide::measure(&scene, &path.display().to_string(), &settings)?;
+    write(args, &report, &report.page())
+}
+
 fn run_pass(args: &BenchArgs, path: &Path) -> Result<Outcome, CliError> {
     let desc = load(path, Access::any())?;
     let of_scene = Settings::of_scene(&desc.render);
@@ -70,6 +81,7 @@ fn run_pass(args: &BenchArgs, path: &Path) -> Result<Outcome, CliError> {
         samples: args.samples.unwrap_or(of_scene.samples),
         photons: args.photons.unwrap_or(of_scene.photons),
         caustic_photons: Aiming::Photons(0),
+        guiding: Guiding::Off,
         kinds: if args.apart { Kinds::Apart } else { Kinds::Together },
         ..of_scene
     };

@@ -151,6 +151,7 @@ impl Outputs {
     fn metadata(&self, render: &Render, seconds: f64) -> Metadata {
         let settings = render.settings();
         let aimed = render.setup().aim.map_or(0, |aim| aim.budget.aimed);
+        let guided = render.setup().guide.map_or(0.0, |guide| guide.share);
         let metadata = Metadata::new()
             .with_world_to_camera(render.scene().camera().world_to_camera())
             .with("caustica:version", Value::Text(env!("CARGO_PKG_VERSION").into()))
@@ -159,6 +160,7 @@ impl Outputs {
             .with("caustica:passes", Value::Integer(render.passes().into()))
             .with("caustica:photons", Value::Integer(settings.photons as i64))
             .with("caustica:aimed_photons", Value::Integer(aimed as i64))
+            .with("caustica:guided_share", Value::Double(guided))
             .with("caustica:alpha", Value::Double(settings.alpha))
             .with("caustica:radius", Value::Double(render.setup().radius))
             .with("caustica:samples", Value::Integer(settings.samples.into()))

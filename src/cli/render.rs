@@ -153,6 +153,15 @@ fn announce(args: &RenderArgs, render: &Render) {
             render.settings().photons
         );
     }
+    if let Some(guide) = render.setup().guide.filter(|guide| guide.share > 0.0) {
+        note!(
+            "{} of photons are guided to what is seen: by nature {} arrive, of those {}; a trial had {:.1} times less variance for the same rays",
+            percent(guide.share),
+            percent(guide.arriving),
+            percent(guide.guided_arriving),
+            guide.gain
+        );
+    }
     let Some(target) = args.target_error else { return };
     let (target, confidence) = (percent(target), percent(args.confidence));
     note!(
@@ -176,6 +185,7 @@ fn settings(args: &RenderArgs, desc: &SceneDesc) -> Settings {
         depth: args.depth.unwrap_or(of_scene.depth),
         photons: args.photons.unwrap_or(of_scene.photons),
         caustic_photons: args.caustic_photons,
+        guiding: args.guiding.into(),
         alpha: args.alpha.unwrap_or(of_scene.alpha),
         radius: args.radius.or(of_scene.radius),
         policy: args.radius_policy.into(),

@@ -77,6 +77,8 @@ pub struct Plan {
     pub casters: bool,
     /// Whether light reaches a specular surface, so that photons aimed at such could help.
     pub can_aim: bool,
+    /// Whether photons guided to what is seen could help.
+    pub can_guide: bool,
     /// Lights that are left out.
     pub dropped_lights: Vec<DroppedLight>,
     /// Every decision with its reason.
@@ -119,6 +121,7 @@ impl Plan {
         let photons = decide(PHOTONS, rules::photons(facts, classes));
         let refraction = decide("refraction", rules::refraction(facts));
         let can_aim = decide(AIMING, rules::aiming(facts, classes));
+        let can_guide = decide(GUIDING, rules::guiding(facts, classes));
         let retraced = decide(RETRACING, rules::retracing(facts));
         let eye_paths = if retraced { EyePaths::Retraced } else { EyePaths::Fixed };
         let casters = rules::casters(facts).is_ok();
@@ -132,6 +135,7 @@ impl Plan {
             refraction,
             casters,
             can_aim,
+            can_guide,
             dropped_lights,
             decisions,
             dropped_numbers,
@@ -160,6 +164,13 @@ impl Plan {
         self
     }
 
+    /// Notes what a trial of guiding photons found: whether they are, and why.
+    pub fn tell_of_guiding(&mut self, guided: bool, because: String) {
+        if let Some(decision) = self.decisions.iter_mut().find(|decision| decision.what == GUIDING) {
+            (decision.on, decision.because) = (guided, because);
+        }
+    }
+
     /// What is left after an eye pass that left so many hit points: without any, lamps that are seen and nothing more, so that the
     /// picture is finished.
     ///
@@ -171,8 +182,9 @@ impl Plan {
             return self;
         }
         self.classes = self.classes.and([PathClass::Direct].into_iter().collect());
-        (self.photons, self.can_aim) = (false, false);
-        let by_photons = [PHOTONS, AIMING, light_name(PathClass::Caustic), light_name(PathClass::Indirect)];
+        (self.photons, self.can_aim, self.can_guide) = (false, false, false);
+        let by_photons =
+            [PHOTONS, AIMING, GUIDING, light_name(PathClass::Caustic), light_name(PathClass::Indirect)];
         for decision in self.decisions.iter_mut().filter(|d| d.on && by_photons.contains(&d.what.as_str())) {
             decision.on = false;
             decision.because = "the eye paths found no surface that reflects diffusely".into();
@@ -184,6 +196,7 @@ impl Plan {
 const RETRACING: &str = "eye paths anew in each pass";
 const PHOTONS: &str = "photon passes";
 const AIMING: &str = "aimed photons";
+const GUIDING: &str = "guided photons";
 
 fn light_name(class: PathClass) -> &'static str {
     match class {

@@ -199,6 +199,13 @@ pub(super) fn aiming(facts: &Facts, classes: PathClasses) -> Verdict {
     }
 }
 
+/// Whether photons guided to what is seen could help.
+///
+/// Proof: they bring what photons bring.
+pub(super) fn guiding(facts: &Facts, classes: PathClasses) -> Verdict {
+    photons(facts, classes).map(|_| "where light hardly reaches what is seen, by a trial".into())
+}
+
 /// Whether a pixel sees another point in each pass.
 ///
 /// Proof: through a pinhole and without a filter a pixel is the mean over its samples, each of which ends at points that are

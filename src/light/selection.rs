@@ -88,6 +88,16 @@ impl Lights {
         Some((number, EmissionSample { power: sample.power / p, ..sample }))
     }
 
+    /// The running sums, up to 1, of the probabilities by which photons choose each light.
+    pub fn choice_bounds(&self) -> &[f64] {
+        &self.photons.cumulative
+    }
+
+    /// The number of the light, in the order of [`Lights::iter`], that photons choose by `u` in `[0, 1)`.
+    pub fn chosen(&self, u: f64) -> Option<usize> {
+        self.photons.choose(u).map(|(number, _)| number)
+    }
+
     /// Every light with the probability by which photons choose it.
     pub(super) fn emitters(&self) -> impl Iterator<Item = (&Emitter, f64)> {
         self.emitters.iter().zip(self.photons.probabilities())

@@ -6,7 +6,7 @@ use super::{Render, Settings, camera_pass};
 use crate::bsdf::Transport;
 use crate::effects::EyePaths;
 use crate::film::Image;
-use crate::math::{DVec3, Rgb};
+use crate::math::{DVec3, Rgb, Vec2};
 use crate::scene::{Coherence, Scene, SurfaceHit};
 
 /// The surfaces that eye paths meet first, averaged over the samples of each pixel by its filter. Nothing is followed through mirrors

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::draws::Draws;
+use super::emission::LightRay;
 use crate::light::{Aim, Lights};
 
 /// How many photons of a pass leave the lights naturally, and how many are aimed at casters of caustics.
@@ -50,6 +51,11 @@ impl Mixture {
     pub(super) fn ratio_of(&self, lights: &Lights, emission: Draws, path: u32) -> f64 {
         let start = lights.sample_numbered_emission(&mut emission.of(path));
         start.map_or(0.0, |(light, start)| self.aim.ratio(light, start.origin, start.dir))
+    }
+
+    /// `r` of a photon that starts like this.
+    pub(super) fn ratio_along(&self, start: Option<LightRay>) -> f64 {
+        start.map_or(0.0, |(light, origin, dir)| self.aim.ratio(light, origin, dir))
     }
 }
 

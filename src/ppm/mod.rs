@@ -32,6 +32,7 @@ mod flights;
 mod flux_ledger;
 mod gather;
 mod gather_by_pixel;
+mod guiding;
 mod hit_point;
 mod hit_points;
 mod lane_flux;
@@ -50,6 +51,8 @@ mod settings;
 mod stage;
 mod statistic;
 mod statistics;
+mod trial;
+mod trial_points;
 mod wavefront;
 
 pub use accuracy::{Accuracy, Forecast, Layers, Outlook, PictureError, PixelError};
@@ -59,6 +62,7 @@ pub use facets::Facets;
 pub use features::Features;
 pub use flux_ledger::FluxLedger;
 pub use gather::{Found, received};
+pub use guiding::GuidePlan;
 pub use hit_point::{GatherState, HitPoint, PassSum};
 pub use hit_points::HitPoints;
 pub use ledger::Ledger;
@@ -69,7 +73,7 @@ pub use radius::automatic_radius;
 pub use radius_floor::least_radius;
 pub use radius_policy::RadiusPolicy;
 pub use render_state::{ForeignState, RenderState};
-pub use settings::{Aiming, ErrorEstimates, Kinds, Planning, Settings};
+pub use settings::{Aiming, ErrorEstimates, Guiding, Kinds, Planning, Settings};
 pub use stage::Stage;
 pub use statistic::Precision;
 pub use statistics::{CollectorStatistics, PassStatistics, PhaseSeconds, RadiusRange, SetupStatistics};
@@ -81,7 +85,7 @@ use rayon::prelude::*;
 use crate::bvh::{Sphere, SphereBvh};
 use crate::effects::{EyePaths, PathClass, PathClasses, Plan};
 use crate::film::Image;
-use crate::light::Lights;
+use crate::light::{Guide, Lights};
 use crate::math::DVec3;
 use crate::scene::Scene;
 use accuracy::{BatchMeans, sampling_step};
@@ -108,6 +112,8 @@ pub struct Render<'s> {
     photon_pass: PhotonPass,
     /// Where some photons are aimed.
     mixture: Option<Mixture>,
+    /// Where the others start, if not by nature.
+    guide: Option<Guide>,
     emitted_photons: u64,
     passes: u32,
     /// Where the settings ask for estimates of the error.
@@ -153,8 +159,7 @@ impl<'s> Render<'s> {
             eye_seconds,
             tree_seconds,
             direct_seconds,
-            aim: None,
-            aim_seconds: 0.0,
+            ..SetupStatistics::default()
         };
         let mut render = Render {
             scene,
@@ -168,14 +173,25 @@ impl<'s> Render<'s> {
             direct,
             photon_pass: PhotonPass::default(),
             mixture: None,
+            guide: None,
             emitted_photons: 0,
             passes: 0,
             batches,
             setup,
         };
-        (render.mixture, render.setup.aim) = pilot::decide(&render);
+        render.try_out();
         render.setup.aim_seconds = watch.lap();
         render
+    }
+
+    /// Decides by trials where photons start.
+    fn try_out(&mut self) {
+        let decided = pilot::decide(self);
+        (self.mixture, self.setup.aim) = (decided.mixture, decided.aim);
+        (self.guide, self.setup.guide) = (decided.guide, decided.guiding);
+        if let Some(guide) = decided.guiding {
+            self.plan.tell_of_guiding(guide.share > 0.0, guide.to_string());
+        }
     }
 
     fn stage(&self) -> Stage<'_> {
@@ -191,10 +207,11 @@ impl<'s> Render<'s> {
         phases.direct = watch.lap();
         let settings = self.settings;
         let stage = Stage::new(self.scene, &self.lights, &self.plan);
-        let Render { collectors, photon_pass, facets, hit_points, direct, mixture, .. } = self;
+        let Render { collectors, photon_pass, facets, hit_points, direct, mixture, guide, .. } = self;
+        let (mixture, guide) = (mixture.as_ref(), guide.as_ref());
         let batch = match collectors.is_empty() {
             true => photon_pass.skip(),
-            false => photon_pass.trace_mixed(stage, &settings, self.passes, mixture.as_ref()),
+            false => photon_pass.trace_guided(stage, &settings, self.passes, mixture, guide),
         };
         phases.trace = watch.lap();
         let (ledger, aimed) = (batch.ledger, batch.aimed);
@@ -392,6 +409,7 @@ impl<'s> Render<'s> {
             + self.batches.as_ref().map_or(0, BatchMeans::memory_bytes)
             + self.facets.memory_bytes()
             + self.direct.memory_bytes()
+            + self.guide.as_ref().map_or(0, Guide::memory_bytes)
             + self.photon_pass.memory_bytes()
     }
 }

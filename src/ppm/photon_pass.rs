@@ -5,13 +5,15 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::aimed_flights::AimedFlights;
+use super::emission::Guided;
+use super::flights::FlightPacket;
 use super::mixture::Mixture;
 use super::wavefront::{Course, Wavefront};
 use super::{Ledger, Settings, Stage};
 use crate::effects::{PathClass, PathClasses};
+use crate::light::Guide;
 use crate::math::{Ray, Rgb, Vec3};
-use crate::scene::{RayPacket, Scene};
-use crate::simd::Isa;
+use crate::scene::Scene;
 
 /// A photon stored on a diffuse surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,12 +35,15 @@ pub struct Deposits {
     pub positions: Vec<Vec3>,
     /// The rest of each photon.
     pub photons: Vec<Photon>,
+    /// The number of each photon's path in its chunk, where that was asked for.
+    pub(super) paths: Vec<u32>,
 }
 
 impl Deposits {
     fn clear(&mut self) {
         self.positions.clear();
         self.photons.clear();
+        self.paths.clear();
     }
 
     fn memory_bytes(&self) -> usize {
@@ -60,7 +65,7 @@ pub struct PhotonChunk {
 }
 
 impl PhotonChunk {
-    fn of(&self, class: PathClass) -> Option<&Deposits> {
+    pub(super) fn of(&self, class: PathClass) -> Option<&Deposits> {
         match class {
             PathClass::Direct => None,
             PathClass::Caustic => Some(&self.caustic),
@@ -142,7 +147,7 @@ impl<'a> Photons<'a> {
 
 /// Paths that one task follows together: enough to fill packets, few enough to stay in a core's own cache; fixed, so
 /// that the order of the photons is; a power of two, as [`Draws::first`] asks.
-const CHUNK: u64 = 1024;
+pub(super) const CHUNK: u64 = 1024;
 
 /// A photon pass and the memory that it works in, which the next pass uses again.
 #[derive(Debug, Default)]
@@ -167,10 +172,29 @@ impl PhotonPass {
         pass: u32,
         mixture: Option<&Mixture>,
     ) -> &PhotonBatch {
-        let course = Course { isa: Isa::best(), stage: stage.into(), settings, pass, mixture };
+        self.trace_guided(stage, settings, pass, mixture, None)
+    }
+
+    /// The same with photons that `guide` lets start, where there is one, in place of natural ones.
+    pub fn trace_guided<'a>(
+        &mut self,
+        stage: impl Into<Stage<'a>>,
+        settings: &Settings,
+        pass: u32,
+        mixture: Option<&Mixture>,
+        guide: Option<&Guide>,
+    ) -> &PhotonBatch {
         let photons = mixture.map_or(settings.photons, |mixture| mixture.budget.natural);
-        let natural = chunk_count(&course, photons);
-        let aimed = mixture.map_or(0, |mixture| chunk_count(&course, mixture.budget.aimed));
+        let guided = guide.map(|guide| Guided { guide, photons });
+        let course = Course { mixture, guided, ..Course::natural(stage.into(), settings, pass) };
+        self.follow(&course, photons)
+    }
+
+    /// Follows so many photons along a course, and those that are aimed.
+    pub(super) fn follow(&mut self, course: &Course, photons: u64) -> &PhotonBatch {
+        let mixture = course.mixture;
+        let natural = chunk_count(course, photons);
+        let aimed = mixture.map_or(0, |mixture| chunk_count(course, mixture.budget.aimed));
         let PhotonBatch { chunks, ledger, aimed: aimed_ledger } = &mut self.batch;
         chunks.resize_with(natural + aimed, PhotonChunk::default);
         chunks.par_iter_mut().enumerate().for_each_init(Memory::default, |memory, (number, chunk)| {
@@ -178,9 +202,9 @@ impl PhotonPass {
             match mixture.filter(|_| number >= natural) {
                 Some(mixture) => {
                     let paths = paths_of(number - natural, mixture.budget.aimed);
-                    memory.aimed.follow(&course, mixture, paths, chunk);
+                    memory.aimed.follow(course, mixture, paths, chunk);
                 }
-                None => memory.natural.follow(&course, paths_of(number, photons), chunk, |_| ()),
+                None => memory.natural.follow(course, paths_of(number, photons), chunk, |_| ()),
             }
         });
         *ledger = sum(&chunks[..natural]);
@@ -213,10 +237,12 @@ fn sum(chunks: &[PhotonChunk]) -> Ledger {
 
 /// The rays that [`PhotonPass::trace`] sends through the scene, in the order in which it traces them.
 pub fn record_rays(scene: &Scene, settings: &Settings, pass: u32) -> Vec<Ray> {
-    let course = Course { isa: Isa::best(), stage: scene.into(), settings, pass, mixture: None };
+    let course = Course::natural(scene.into(), settings, pass);
     let rays_of = |chunk: usize| {
         let (mut rays, mut photons) = (Vec::new(), PhotonChunk::default());
-        let see = |packet: &RayPacket| rays.extend((0..packet.len).map(|lane| packet.ray(lane)));
+        let see = |FlightPacket { rays: packet, .. }: &FlightPacket| {
+            rays.extend((0..packet.len).map(|lane| packet.ray(lane)));
+        };
         Wavefront::default().follow(&course, paths_of(chunk, settings.photons), &mut photons, see);
         rays
     };
@@ -229,7 +255,7 @@ fn chunk_count(course: &Course, photons: u64) -> usize {
     if course.stage.lights.is_empty() { 0 } else { photons.div_ceil(CHUNK) as usize }
 }
 
-fn paths_of(chunk: usize, photons: u64) -> Range<u64> {
+pub(super) fn paths_of(chunk: usize, photons: u64) -> Range<u64> {
     let chunk = chunk as u64;
     chunk * CHUNK..((chunk + 1) * CHUNK).min(photons)
 }

@@ -46,6 +46,28 @@ impl fmt::Display for Aiming {
     }
 }
 
+/// Who decides whether photons are guided to what is seen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Guiding {
+    /// A trial with some thousand photons: they are where that lowers variance times rays.
+    #[default]
+    Auto,
+    /// Nobody: they start in proportion to the emitted flux.
+    Off,
+    /// The user: they are, as well as the trial can, whether it finds a gain or not.
+    On,
+}
+
+impl fmt::Display for Guiding {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(match self {
+            Guiding::Auto => "auto",
+            Guiding::Off => "off",
+            Guiding::On => "on",
+        })
+    }
+}
+
 /// Whether caustics and indirect light have statistics of their own.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Kinds {
@@ -67,6 +89,8 @@ pub struct Settings {
     pub photons: u64,
     /// How many of them are aimed at casters of caustics.
     pub caustic_photons: Aiming,
+    /// Whether the others are guided to what is seen.
+    pub guiding: Guiding,
     /// `α` in `(0, 1]`: the share of each pass's photons that is kept as the radius shrinks.
     pub alpha: f64,
     /// Initial radius in scene units; `None` lets the eye pass find one.
@@ -107,6 +131,7 @@ impl Settings {
             depth: render.depth,
             photons: render.photons,
             caustic_photons: Aiming::Auto,
+            guiding: Guiding::Auto,
             alpha: render.alpha,
             radius: render.radius,
             policy: RadiusPolicy::HitPoint,

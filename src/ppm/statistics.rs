@@ -5,11 +5,11 @@ use std::time::Instant;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::{AimPlan, Ledger, Render};
+use super::{AimPlan, GuidePlan, Ledger, Render};
 use crate::effects::PathClasses;
 
 /// What the set-up of a render found and took.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct SetupStatistics {
     /// Hit points left by the eye pass.
     pub hit_points: u64,
@@ -31,7 +31,9 @@ pub struct SetupStatistics {
     pub direct_seconds: f64,
     /// How many photons are aimed at casters of caustics, where there is anything to aim at.
     pub aim: Option<AimPlan>,
-    /// Seconds of deciding that.
+    /// Whether photons are guided to what is seen, where that was tried.
+    pub guide: Option<GuidePlan>,
+    /// Seconds of deciding both.
     pub aim_seconds: f64,
 }
 

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::diffuse_bounce::{Arrivals, Bounced, DiffuseBounce, Specials};
 use super::draws::Draws;
-use super::emission::Emission;
+use super::emission::{Emission, Guided, Starts};
 use super::flights::{FlightPacket, Flights, at};
 use super::lane_flux::{LaneFlux, PowerOf};
 use super::mixture::Mixture;
@@ -15,7 +15,7 @@ use crate::bsdf::{
 };
 use crate::effects::PathClass;
 use crate::math::{DVec3, Frame, Ray, Rgb, Rng, Vec3};
-use crate::scene::{Coherence, HitPacket, RayPacket, SurfaceHit, SurfacePacket};
+use crate::scene::{Coherence, HitPacket, SurfaceHit, SurfacePacket};
 use crate::simd::{Isa, LANES, Mask, first_lanes};
 
 /// A closed box of albedo 1 holds a photon for ever; what is cut here is counted as terminated.
@@ -130,17 +130,28 @@ pub(super) struct Course<'a> {
     pub pass: u32,
     /// Of which natural and aimed photons are parts, where there are aimed ones.
     pub mixture: Option<&'a Mixture>,
+    /// Where those that are not aimed start, if not by nature.
+    pub guided: Option<Guided<'a>>,
+    /// Whether it is to be told which paths brought which photons.
+    pub names_paths: bool,
+}
+
+impl<'a> Course<'a> {
+    /// Of natural photons alone, by the best instruction set.
+    pub fn natural(stage: Stage<'a>, settings: &'a Settings, pass: u32) -> Course<'a> {
+        Course { isa: Isa::best(), stage, settings, pass, mixture: None, guided: None, names_paths: false }
+    }
 }
 
 impl Wavefront {
     /// Emits the photons of `paths` and follows them to their end; what they leave behind goes to `chunk`, and `see` is
-    /// shown the rays.
+    /// shown them before every flight.
     pub(super) fn follow(
         &mut self,
         course: &Course,
         paths: Range<u64>,
         chunk: &mut PhotonChunk,
-        mut see: impl FnMut(&RayPacket),
+        mut see: impl FnMut(&FlightPacket),
     ) {
         let first = paths.start;
         let draws = |segment| Draws { seed: course.settings.seed, pass: course.pass, first, segment };
@@ -164,7 +175,8 @@ impl Wavefront {
         pasts.begin(if course.stage.casters { count } else { 0 });
         for first in (0..count).step_by(LANES) {
             let (lights, mask) = (course.stage.lights, first_lanes(count - first));
-            let emission = Emission { lights, draws, first: first as u32, mask, flights };
+            let emission =
+                Emission { lights, guided: course.guided, draws, first: first as u32, mask, flights };
             let dark = course.isa.run(emission);
             chunk.ledger.dropped += u64::from(dark.count_ones());
         }
@@ -185,7 +197,7 @@ impl Wavefront {
         course: &Course,
         draws: Draws,
         chunk: &mut PhotonChunk,
-        see: &mut impl FnMut(&RayPacket),
+        see: &mut impl FnMut(&FlightPacket),
     ) {
         let Wavefront { flights, next, order, packet, pasts } = self;
         let small = course.stage.scene.primitives() <= SMALL_SCENE;
@@ -194,7 +206,7 @@ impl Wavefront {
         flights.by_octant(order);
         for places in order.chunks(LANES) {
             flights.pack(places, &mut packet.photons);
-            see(&packet.photons.rays);
+            see(&packet.photons);
             packet.trace(course, coherence);
             packet.arrive(course, draws, pasts, chunk, next);
         }
@@ -277,12 +289,12 @@ impl Packet {
         if !draws.is_first_flight() {
             if SPECULAR && course.settings.transport.contains(PathClass::Caustic) {
                 let who = arrivals.diffuse & *caustic;
-                deposit(&mut chunk.caustic, who, photons, surfaces, &arrivals, enters);
-                weigh(course, draws, bits(who).map(|lane| photons.path[lane]), chunk);
+                deposit(course, &mut chunk.caustic, who, photons, surfaces, &arrivals, enters);
+                weigh(course, draws, who, photons, chunk);
             }
             if course.settings.transport.contains(PathClass::Indirect) {
                 let who = arrivals.diffuse & !*caustic;
-                deposit(&mut chunk.indirect, who, photons, surfaces, &arrivals, enters);
+                deposit(course, &mut chunk.indirect, who, photons, surfaces, &arrivals, enters);
             }
             chunk.ledger.deposited += u64::from(arrivals.diffuse.count_ones());
         }
@@ -311,6 +323,7 @@ fn bits(mut mask: Mask) -> impl Iterator<Item = usize> {
 /// Only light straight from its source is left out, since shadow rays bring that: light that was mirrored or
 /// refracted on its way (water is opaque to shadow rays) is a caustic and stays.
 fn deposit(
+    course: &Course,
     to: &mut Deposits,
     who: Mask,
     photons: &FlightPacket,
@@ -331,14 +344,25 @@ fn deposit(
     };
     to.positions.extend(lanes.iter().map(|&lane| at(&surfaces.p, lane % LANES)));
     to.photons.extend(lanes.iter().map(|&lane| photon(lane % LANES)));
+    if course.names_paths {
+        to.paths.extend(lanes.iter().map(|&lane| photons.path[lane % LANES]));
+    }
 }
 
-/// Weighs the caustic photons that were stored last, those of `paths`, where they are part of a mixture.
-fn weigh(course: &Course, draws: Draws, paths: impl Iterator<Item = u32>, chunk: &mut PhotonChunk) {
+/// Weighs the caustic photons that were stored last, those of `who`, where they are part of a mixture.
+fn weigh(course: &Course, draws: Draws, who: Mask, photons: &FlightPacket, chunk: &mut PhotonChunk) {
     let Some(mixture) = course.mixture else { return };
-    let emission = Draws { segment: 0, ..draws };
+    let (lights, draws) = (course.stage.lights, Draws { segment: 0, ..draws });
     let first = chunk.ratios.len();
-    chunk.ratios.extend(paths.map(|path| mixture.ratio_of(course.stage.lights, emission, path) as f32));
+    let paths = bits(who).map(|lane| photons.path[lane]);
+    if course.guided.is_some() && who != 0 {
+        let paths: Vec<u32> = paths.collect();
+        let starts = Starts { lights, guided: course.guided, draws, paths: &paths };
+        let starts = course.isa.run(starts).into_iter().take(paths.len());
+        chunk.ratios.extend(starts.map(|start| mixture.ratio_along(start) as f32));
+    } else {
+        chunk.ratios.extend(paths.map(|path| mixture.ratio_of(lights, draws, path) as f32));
+    }
     for (photon, &ratio) in chunk.caustic.photons[first..].iter_mut().zip(&chunk.ratios[first..]) {
         photon.power *= mixture.weight(ratio.into());
     }
@@ -412,8 +436,7 @@ mod tests {
         for scene in scenes() {
             for sampling in [DiffuseSampling::Cosine, DiffuseSampling::Uniform] {
                 let settings = Settings { sampling, ..Settings::of_scene(scene.render()) };
-                let course =
-                    |isa| Course { isa, stage: (&scene).into(), settings: &settings, pass: 2, mixture: None };
+                let course = |isa| Course { isa, ..Course::natural((&scene).into(), &settings, 2) };
                 let expected = followed(&course(Isa::portable()));
                 assert!(expected.indirect.photons.len() > 1000 && expected.ledger.is_balanced());
                 Isa::available().for_each(|isa| assert_same(&followed(&course(isa)), &expected, isa));
@@ -449,8 +472,7 @@ mod tests {
         for scene in scenes() {
             let settings = Settings::of_scene(scene.render());
             for isa in Isa::available() {
-                let course =
-                    Course { isa, stage: (&scene).into(), settings: &settings, pass: 0, mixture: None };
+                let course = Course { isa, ..Course::natural((&scene).into(), &settings, 0) };
                 let ((flights, chunk), (expected, expected_chunk)) =
                     (bounced(&course, true), bounced(&course, false));
                 assert!(flights.len() > 100 && flights == expected, "{isa}");

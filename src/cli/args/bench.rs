@@ -5,7 +5,7 @@ use clap::{ArgGroup, Args};
 use super::values::{count, count_up_to, number, threads};
 
 #[derive(Args, Debug)]
-#[command(group(ArgGroup::new("question").required(true).args(["pass", "gather", "rays", "leaks", "numerics", "aim"])), after_help = "\
+#[command(group(ArgGroup::new("question").required(true).args(["pass", "gather", "rays", "leaks", "numerics", "aim", "guide"])), after_help = "\
 Examples:
   caustica bench --pass data/course_diffuse.toml --json -
   caustica bench --pass data/cornell_b.toml --radius 10 --samples 1 --photons 1e5 --html out/pass.html
@@ -15,6 +15,7 @@ Examples:
   caustica bench --leaks 1e7
   caustica bench --numerics
   caustica bench --aim data/glass_bead.toml --passes 20
+  caustica bench --guide data/keyhole.toml --passes 20
 
 Times depend on what else the machine does: look at the smallest and largest beside the medians.")]
 pub struct BenchArgs {
@@ -25,7 +26,7 @@ pub struct BenchArgs {
     #[arg(long)]
     pub gather: bool,
     /// Gather the photons of a pass through this scene (TOML) at its hit points, rather than on walls
-    #[arg(long, conflicts_with_all = ["pass", "rays", "leaks", "numerics", "aim"], value_name = "SCENE")]
+    #[arg(long, conflicts_with_all = ["pass", "rays", "leaks", "numerics", "aim", "guide"], value_name = "SCENE")]
     pub scene: Option<PathBuf>,
     /// Measure rays of real renders: Embree in all its ways, and the program's own tree
     #[arg(long)]
@@ -39,35 +40,38 @@ pub struct BenchArgs {
     /// Measure what photons aimed at mirrors and glass gain in this scene (TOML)
     #[arg(long, value_name = "SCENE")]
     pub aim: Option<PathBuf>,
-    /// Passes of every run with --aim
+    /// Measure what photons guided to what is seen gain in this scene (TOML)
+    #[arg(long, value_name = "SCENE")]
+    pub guide: Option<PathBuf>,
+    /// Passes of every run with --aim and --guide
     #[arg(long, conflicts_with_all = ["pass", "gather", "rays", "leaks", "numerics"], allow_negative_numbers = true, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub passes: u32,
     /// Gather radius of the pass in scene units [default: the scene's, or two pixels wide]
-    #[arg(long, conflicts_with_all = ["gather", "rays", "leaks", "numerics", "aim"], allow_negative_numbers = true, value_name = "R", value_parser = |s: &str| number(s, 1e-30..=1e30))]
+    #[arg(long, conflicts_with_all = ["gather", "rays", "leaks", "numerics", "aim", "guide"], allow_negative_numbers = true, value_name = "R", value_parser = |s: &str| number(s, 1e-30..=1e30))]
     pub radius: Option<f64>,
     /// Eye samples a pixel of the pass, 1 to 4096 [default: the scene's]
-    #[arg(long, conflicts_with_all = ["gather", "rays", "leaks", "numerics", "aim"], allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(long, conflicts_with_all = ["gather", "rays", "leaks", "numerics", "aim", "guide"], allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub samples: Option<u32>,
     /// Trace the eye paths and build the tree anew in every pass
-    #[arg(long, conflicts_with_all = ["gather", "rays", "leaks", "numerics", "aim"])]
+    #[arg(long, conflicts_with_all = ["gather", "rays", "leaks", "numerics", "aim", "guide"])]
     pub retrace: bool,
     /// Keep caustics and indirect light apart in the pass
-    #[arg(long, conflicts_with_all = ["gather", "rays", "leaks", "numerics", "aim"])]
+    #[arg(long, conflicts_with_all = ["gather", "rays", "leaks", "numerics", "aim", "guide"])]
     pub apart: bool,
     /// Numbers of spheres to gather among [default: 1e4,1e5,1e6,4e6]
-    #[arg(long, conflicts_with_all = ["pass", "rays", "leaks", "numerics", "aim"], value_name = "N,..", value_delimiter = ',', value_parser = points)]
+    #[arg(long, conflicts_with_all = ["pass", "rays", "leaks", "numerics", "aim", "guide"], value_name = "N,..", value_delimiter = ',', value_parser = points)]
     pub points: Vec<u64>,
     /// Their radii in percent of the longest side of box or scene [default: 0.05,0.1,0.4,1, and 5 without --scene]
-    #[arg(long, conflicts_with_all = ["pass", "rays", "leaks", "numerics", "aim"], value_name = "PERCENT,..", value_delimiter = ',', value_parser = |s: &str| number(s, 1e-3..=100.0))]
+    #[arg(long, conflicts_with_all = ["pass", "rays", "leaks", "numerics", "aim", "guide"], value_name = "PERCENT,..", value_delimiter = ',', value_parser = |s: &str| number(s, 1e-3..=100.0))]
     pub radii: Vec<f64>,
     /// Choose the radius for each number of spheres so that a photon lies in about so many
-    #[arg(long, conflicts_with_all = ["radii", "scene", "pass", "rays", "leaks", "numerics", "aim"], value_name = "K", value_parser = |s: &str| number(s, 1e-3..=1e6))]
+    #[arg(long, conflicts_with_all = ["radii", "scene", "pass", "rays", "leaks", "numerics", "aim", "guide"], value_name = "K", value_parser = |s: &str| number(s, 1e-3..=1e6))]
     pub overlaps: Option<f64>,
     /// Also measure sphere trees built in other ways: costs by volume, smaller leaves
-    #[arg(long, conflicts_with_all = ["pass", "rays", "leaks", "numerics", "aim"])]
+    #[arg(long, conflicts_with_all = ["pass", "rays", "leaks", "numerics", "aim", "guide"])]
     pub variants: bool,
     /// Numbers of triangles, at least, to trace rays among [default: 36,2e4,131072,1e6]
-    #[arg(long, conflicts_with_all = ["pass", "gather", "leaks", "numerics", "aim"], value_name = "N,..", value_delimiter = ',', value_parser = triangles)]
+    #[arg(long, conflicts_with_all = ["pass", "gather", "leaks", "numerics", "aim", "guide"], value_name = "N,..", value_delimiter = ',', value_parser = triangles)]
     pub triangles: Vec<u64>,
     /// Photons, and of rays about as many eye paths [default: the scene's, or 100000]
     #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = count)]

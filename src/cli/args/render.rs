@@ -39,6 +39,9 @@ pub struct RenderArgs {
     /// Photons of a pass that are aimed at mirrors and glass: `auto`, by a trial, or so many; 0 for none
     #[arg(long, allow_negative_numbers = true, value_name = "auto|N", default_value = "auto", value_parser = aiming)]
     pub caustic_photons: ppm::Aiming,
+    /// Whether photons start where light gets to what is seen, learned from photons that are followed before the first pass
+    #[arg(long, value_enum, default_value_t = Guiding::Auto)]
+    pub guiding: Guiding,
     /// Share of each pass's photons that is kept as radii shrink, in (0, 1] [default: the scene's]
     #[arg(long, allow_negative_numbers = true, value_name = "A", value_parser = |s: &str| number(s, f64::MIN_POSITIVE..=1.0))]
     pub alpha: Option<f64>,
@@ -191,6 +194,26 @@ impl From<Sampling> for DiffuseSampling {
         match sampling {
             Sampling::Cosine => DiffuseSampling::Cosine,
             Sampling::Uniform => DiffuseSampling::Uniform,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum Guiding {
+    /// Where light hardly reaches what is seen, by a trial
+    Auto,
+    /// Never: they start in proportion to the emitted flux
+    Off,
+    /// Always, as well as the trial can
+    On,
+}
+
+impl From<Guiding> for ppm::Guiding {
+    fn from(guiding: Guiding) -> ppm::Guiding {
+        match guiding {
+            Guiding::Auto => ppm::Guiding::Auto,
+            Guiding::Off => ppm::Guiding::Off,
+            Guiding::On => ppm::Guiding::On,
         }
     }
 }
