@@ -6,7 +6,7 @@ CAUSTICA := $(TARGET)/release/caustica
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup build denoiser render test lint check-docs crosscheck hard-cases convergence fuzz sanitize bench study accuracy instructions install clean
+.PHONY: help setup build denoiser render test lint check-docs crosscheck hard-cases convergence fuzz sanitize bench study accuracy instructions install clean gallery
 
 help: ## List these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' Makefile
@@ -30,6 +30,10 @@ render: build data/surface.obj ## Render the course's water scene into out/
 	mkdir -p out
 	$(CAUSTICA) render data/course_water.toml -o out/course_water.exr --passes 64 \
 		--every-pass out/passes --direct out/course_water_direct.exr
+
+gallery: build data/surface.obj ## Render every scene of data/ into docs/gallery.md
+	python3 scripts/data_pictures.py
+	python3 scripts/gallery.py
 
 test: setup ## Run all tests
 	cargo test --locked
