@@ -124,6 +124,9 @@ impl Plan {
         let can_guide = decide(GUIDING, rules::guiding(facts, classes));
         let retraced = decide(RETRACING, rules::retracing(facts));
         let eye_paths = if retraced { EyePaths::Retraced } else { EyePaths::Fixed };
+        if let Some(missing) = rules::caustics_on_rough_surfaces(facts) {
+            decisions.push(Decision::of("caustics on rough surfaces", Err(missing)));
+        }
         let casters = rules::casters(facts).is_ok();
         let mut dropped_numbers: Vec<u32> =
             dropped_lights.iter().flat_map(|dropped| dropped.numbers.iter().copied()).collect();

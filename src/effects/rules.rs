@@ -216,6 +216,16 @@ pub(super) fn retracing(facts: &Facts) -> Verdict {
     facts.lens.clone().or_else(filter).or_else(|why| otherwise(&facts.any_rough, why))
 }
 
+/// The one kind of light that this renderer lacks, where a scene has it: `None` where no path brings any.
+///
+/// Light without extent that was mirrored or refracted is brought by photons alone, and those are gathered on diffuse surfaces. On its
+/// way to the eye over a rough one, `L S+ G (S | G)* E`, nothing finds it.
+pub(super) fn caustics_on_rough_surfaces(facts: &Facts) -> Option<String> {
+    let (rough, points) = (facts.rough.as_ref().ok()?, facts.points.as_ref().ok()?);
+    facts.caster.as_ref().ok()?;
+    Some(format!("photons are gathered on diffuse surfaces alone: {rough} shows none of the light of {points} that was mirrored or refracted before"))
+}
+
 /// Lights that are left out.
 ///
 /// Proof: what is emitted without power is zero; what is emitted on another side of a barrier than the camera's never leaves
@@ -241,8 +251,9 @@ mod tests {
     };
     use super::super::{EyePaths, Plan};
     use super::*;
+    use crate::bsdf::{Bsdf, Ggx, Interface, RoughSurface};
     use crate::math::{Rgb, Vec3};
-    use crate::scene::{Mesh, PointLightDesc, SceneDesc};
+    use crate::scene::{LightDesc, Mesh, PointLightDesc, SceneDesc};
 
     fn plan(desc: &SceneDesc) -> Plan {
         Plan::of(&scene(desc.clone()), PathClasses::ALL)
@@ -508,5 +519,44 @@ mod tests {
         assert!(plan(&desc).photons, "the only light, and nothing specular");
         desc.meshes.push(Mesh { name: "lamp".into(), ..ceiling("lamp", CORNER, 0.1, LAMP) });
         assert_eq!(plan(&desc).dropped_lights.len(), 1);
+    }
+
+    /// A rough ball calls for other eye paths in each pass; smooth, or without a share, it does not.
+    #[test]
+    fn rough_surfaces_call_for_other_eye_paths() {
+        let rough = |reflectance| {
+            let interface = Interface::Conductor { eta: Rgb::ONE, k: Rgb::ONE, reflectance };
+            Bsdf::Rough(RoughSurface { facets: Ggx { alpha: 0.3 }, interface })
+        };
+        let mut desc = SceneDesc { spheres: vec![ball(Vec3::ZERO, 0.2, MIRROR)], ..room() };
+        assert_eq!(plan(&desc).eye_paths, EyePaths::Fixed);
+        desc.materials[MIRROR as usize].bsdf = rough(Rgb::ONE);
+        let with_rough = plan(&desc);
+        assert_eq!(with_rough.eye_paths, EyePaths::Retraced);
+        assert!(with_rough.casters && !with_rough.can_aim && decision(&with_rough, "rough surfaces").0);
+        assert!(with_rough.decisions.iter().all(|d| d.what != "caustics on rough surfaces"));
+        desc.spheres.push(ball(Vec3::new(0.5, -0.5, 0.0), 0.2, GLASS));
+        assert!(!decision(&plan(&desc), "caustics on rough surfaces").0);
+        // A lamp in place of the point: facets find it.
+        desc.point_lights.clear();
+        desc.meshes.push(ceiling("lamp", Vec3::new(0.0, 0.9, 0.0), 0.1, LAMP));
+        assert!(plan(&desc).decisions.iter().all(|d| d.what != "caustics on rough surfaces"));
+    }
+
+    /// Light from afar stays outside of a closed room, and comes in where a triangle is missing.
+    #[test]
+    fn light_from_afar_does_not_pass_walls() {
+        let mut desc = SceneDesc { point_lights: vec![], ..room() };
+        desc.further_lights = vec![
+            LightDesc::Distant { direction: Vec3::NEG_Y, irradiance: Rgb::ONE },
+            LightDesc::Sky(Rgb::ONE),
+            LightDesc::Distant { direction: Vec3::NEG_Y, irradiance: Rgb::ZERO },
+        ];
+        let closed = plan(&desc);
+        assert!(!closed.photons && closed.classes == PathClasses::default(), "{closed}");
+        assert_eq!(closed.dropped_lights.len(), 3, "{closed}");
+        desc.meshes[0] = without_triangle(desc.meshes[0].clone(), 0);
+        let open = plan(&desc);
+        assert!(open.photons && decision(&open, "environment").0 && open.dropped_lights.len() == 1, "{open}");
     }
 }
