@@ -3,6 +3,7 @@
 mod bench;
 mod compare;
 mod completions;
+mod convert;
 mod doctor;
 mod explain;
 mod info;
@@ -19,6 +20,7 @@ use clap::{Parser, Subcommand};
 pub use bench::BenchArgs;
 pub use compare::CompareArgs;
 pub use completions::CompletionsArgs;
+pub use convert::ConvertArgs;
 pub use doctor::DoctorArgs;
 pub use explain::ExplainArgs;
 pub use info::InfoArgs;
@@ -45,6 +47,7 @@ Examples:
   caustica reference data/course_diffuse.toml --spp 256 -o out/reference.exr
   caustica compare out/course_diffuse.exr out/reference.exr --fail-above relmse=0.01
   caustica study data/course_water.toml --make-reference
+  caustica convert data/cornell_b.toml out/cornell_b.xml
 
 Exit codes: 0 done; 1 a comparison exceeded its bound, the doctor found faults, or a file could not be
 written; 2 wrong input or arguments, nothing was written; 130 interrupted, the picture so far was written;
@@ -64,6 +67,8 @@ pub enum Command {
     Doctor(DoctorArgs),
     /// Say which effects a scene calls for, because of which of its lines, and what they cost
     Explain(ExplainArgs),
+    /// Write a scene in another format: TOML, or XML of Mitsuba 3
+    Convert(ConvertArgs),
     /// Write the water surface of the course's scene as OBJ
     Surface(SurfaceArgs),
     /// Measure the photon pass against bare ray tracing, or trees of spheres or triangles against their rivals

@@ -12,7 +12,7 @@ pub fn run(args: &DoctorArgs) -> Result<Outcome, CliError> {
         print(&diagnosis, args.json)?;
         return Ok(outcome(&diagnosis, args.strict));
     };
-    let mut desc = match load_with(path, &args.access.into()) {
+    let mut desc = match load_with(path, &(&args.access).into()) {
         Ok(desc) => desc,
         Err(error) => {
             print(&not_loaded(path, &error), args.json)?;

@@ -10,7 +10,7 @@ use crate::compare::CompareError;
 use crate::doctor::StabilityError;
 use crate::embree::EmbreeError;
 use crate::output::OutputError;
-use crate::scene::{SceneError, TraversalError};
+use crate::scene::{SaveError, SceneError, TraversalError};
 use crate::study::StudyError;
 
 /// How a command ended without an error.
@@ -41,6 +41,8 @@ impl Outcome {
 pub enum CliError {
     #[error(transparent)]
     Scene(#[from] SceneError),
+    #[error(transparent)]
+    Save(#[from] SaveError),
     #[error(transparent)]
     Embree(#[from] EmbreeError),
     #[error(transparent)]
@@ -93,6 +95,7 @@ impl CliError {
     pub fn exit_code(&self) -> ExitCode {
         ExitCode::from(match self {
             CliError::Scene(_)
+            | CliError::Save(_)
             | CliError::Embree(_)
             | CliError::Traversal(_)
             | CliError::Compare(_)

@@ -14,7 +14,7 @@ use crate::scene::{Scene, SceneDesc};
 
 /// Says what a render of a scene simulates, because of what, and what that costs.
 pub fn run(args: &ExplainArgs) -> Result<Outcome, CliError> {
-    let mut desc = load(&args.scene, args.access)?;
+    let mut desc = load(&args.scene, &args.access)?;
     desc.film = args.size.map_or(desc.film, |size| desc.film.resized(size));
     let settings = settings(args, &desc);
     memory::check_render(&desc.film, &settings)?;

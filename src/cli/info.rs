@@ -13,7 +13,7 @@ use crate::scene::{Material, Scene, SceneDesc};
 
 /// Says what a scene holds, and what its eye pass finds.
 pub fn run(args: &InfoArgs) -> Result<Outcome, CliError> {
-    let desc = load(&args.scene, args.access)?;
+    let desc = load(&args.scene, &args.access)?;
     let contents = Contents::of(&desc)?;
     let settings = Settings::of_scene(&desc.render);
     memory::check_render(&desc.film, &settings)?;

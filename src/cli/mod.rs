@@ -8,6 +8,7 @@ mod bench;
 mod checkpoints;
 mod circumstances;
 mod compare;
+mod convert;
 #[cfg(feature = "oidn")]
 mod denoised;
 mod doctor;
@@ -60,6 +61,7 @@ fn dispatch(command: Command) -> Result<Outcome, CliError> {
         Command::Info(args) => info::run(&args),
         Command::Doctor(args) => doctor::run(&args),
         Command::Explain(args) => explain::run(&args),
+        Command::Convert(args) => convert::run(&args),
         Command::Surface(args) => surface::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Study(args) => study::run(&args),

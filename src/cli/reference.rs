@@ -14,7 +14,7 @@ use crate::scene::{Scene, Traversal};
 pub fn run(args: &ReferenceArgs) -> Result<Outcome, CliError> {
     use_threads(args.run.threads)?;
     let method = Method::from(args.method);
-    let mut desc = load(&args.scene, args.run.access)?;
+    let mut desc = load(&args.scene, &args.run.access)?;
     desc.film = args.run.size.map_or(desc.film, |size| desc.film.resized(size));
     memory::check_reference(&desc.film)?;
     let output = args.output.clone().unwrap_or_else(|| default_output(&desc.name, suffix(method)));

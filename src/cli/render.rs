@@ -15,7 +15,7 @@ use crate::scene::{Scene, SceneDesc};
 /// Renders a scene by photon mapping: passes until the budget is spent or the target reached, then the picture.
 pub fn run(args: &RenderArgs) -> Result<Outcome, CliError> {
     let threads = use_threads(args.run.threads)?;
-    let mut desc = load(&args.scene, args.run.access)?;
+    let mut desc = load(&args.scene, &args.run.access)?;
     desc.film = args.run.size.map_or(desc.film, |size| desc.film.resized(size));
     let settings = settings(args, &desc);
     check_target(args, &settings)?;

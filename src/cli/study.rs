@@ -23,7 +23,7 @@ use crate::study::{
 /// Measures error against seconds, and reports what there is however it ends.
 pub fn run(args: &StudyArgs) -> Result<Outcome, CliError> {
     use_threads(args.threads)?;
-    let mut desc = load(&args.scene, args.access)?;
+    let mut desc = load(&args.scene, &args.access)?;
     let given = args.reference.as_deref().map(given).transpose()?;
     let settings = Settings::of_scene(&desc.render);
     desc.film = film(args, &desc, given.as_ref());

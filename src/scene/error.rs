@@ -11,10 +11,10 @@ pub enum SceneError {
         /// What is wrong and what would be right.
         reason: String,
     },
-    /// A line of a mesh file.
+    /// A line of a mesh file or of an XML file.
     #[error("{}:{line}: {reason}", path.display())]
     Line {
-        /// The mesh file.
+        /// That file.
         path: PathBuf,
         /// Counted from 1.
         line: usize,
@@ -33,6 +33,17 @@ pub enum SceneError {
         /// What is wrong and what would be right.
         reason: String,
     },
+}
+
+impl SceneError {
+    /// What is wrong and what would be right, without the place.
+    pub(super) fn reason(&self) -> &str {
+        match self {
+            SceneError::File { reason, .. }
+            | SceneError::Line { reason, .. }
+            | SceneError::Field { reason, .. } => reason,
+        }
+    }
 }
 
 #[cfg(test)]

@@ -1,10 +1,12 @@
-//! What a scene is made of, and how it is read: TOML scene files, OBJ meshes with their MTL materials.
+//! What a scene is made of, and how it is read and written: scene files in TOML or the XML of Mitsuba 3, OBJ meshes with their
+//! MTL materials, PLY meshes.
 //!
 //! [`load`] turns a scene file into a [`SceneDesc`]: plain data, fully checked and resolved, in scene units.
 //! Whatever a file gets wrong comes back as a [`SceneError`] that names the place and what is allowed there;
 //! whatever is repaired leaves a line in [`SceneDesc::warnings`]. [`Scene::new`] makes it traceable.
 //!
 #![doc = include_str!("../../docs/scenes.md")]
+#![doc = include_str!("../../docs/formats.md")]
 
 mod casters;
 mod compile;
@@ -14,6 +16,7 @@ mod error;
 mod load;
 mod mesh;
 mod places;
+mod save;
 mod surface;
 mod surface_packet;
 mod tracer;
@@ -29,6 +32,7 @@ pub use error::SceneError;
 pub use load::{Access, Limits, load, load_with};
 pub use mesh::{Mesh, least_altitude};
 pub use places::{Item, Places};
+pub use save::{SaveError, SavedScene, normal_form, save};
 pub use surface::{Receiver, SurfaceHit, keeps_clear_of_edges};
 pub use surface_packet::SurfacePacket;
 pub use tracer::{Traversal, TraversalError};

@@ -19,13 +19,13 @@ Examples:
 
 Times depend on what else the machine does: look at the smallest and largest beside the medians.")]
 pub struct BenchArgs {
-    /// Measure the photon pass of this scene (TOML) against tracing its rays and nothing else
+    /// Measure the photon pass of this scene (TOML, or XML of Mitsuba 3) against tracing its rays and nothing else
     #[arg(long, value_name = "SCENE")]
     pub pass: Option<PathBuf>,
     /// Measure the sphere tree against Embree's point query, a hash grid and a k-d tree, on the walls of a box
     #[arg(long)]
     pub gather: bool,
-    /// Gather the photons of a pass through this scene (TOML) at its hit points, rather than on walls
+    /// Gather the photons of a pass through this scene (TOML, or XML of Mitsuba 3) at its hit points, rather than on walls
     #[arg(long, conflicts_with_all = ["pass", "rays", "leaks", "numerics", "aim", "guide"], value_name = "SCENE")]
     pub scene: Option<PathBuf>,
     /// Measure rays of real renders: Embree in all its ways, and the program's own tree
@@ -37,10 +37,10 @@ pub struct BenchArgs {
     /// Measure what precision buys, in renders of PASSES passes
     #[arg(long, value_name = "PASSES", num_args = 0..=1, default_missing_value = "20000", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     pub numerics: Option<u32>,
-    /// Measure what photons aimed at mirrors and glass gain in this scene (TOML)
+    /// Measure what photons aimed at mirrors and glass gain in this scene (TOML, or XML of Mitsuba 3)
     #[arg(long, value_name = "SCENE")]
     pub aim: Option<PathBuf>,
-    /// Measure what photons guided to what is seen gain in this scene (TOML)
+    /// Measure what photons guided to what is seen gain in this scene (TOML, or XML of Mitsuba 3)
     #[arg(long, value_name = "SCENE")]
     pub guide: Option<PathBuf>,
     /// Passes of every run with --aim and --guide

@@ -15,7 +15,7 @@ Examples:
 
 Exit codes: 0 sound, notes included; 1 faults, with --strict warnings too; 2 the scene does not load.")]
 pub struct DoctorArgs {
-    /// The scene to examine (TOML); without one, built-in scenes tell whether the program is sound on this machine
+    /// The scene to examine (TOML, or XML of Mitsuba 3); without one, built-in scenes tell whether the program is sound on this machine
     pub scene: Option<PathBuf>,
     /// Initial gather radius in scene units [default: the scene's, or two pixels wide]
     #[arg(long, requires = "scene", allow_negative_numbers = true, value_name = "R", value_parser = |s: &str| number(s, 1e-30..=1e30))]

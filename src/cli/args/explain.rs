@@ -20,7 +20,7 @@ Seconds are predicted from two small passes; they depend on the machine and on w
 
 Exit codes: 0 explained; 2 wrong input or arguments.")]
 pub struct ExplainArgs {
-    /// The scene (TOML)
+    /// The scene (TOML, or XML of Mitsuba 3)
     pub scene: PathBuf,
     /// Kinds of light that are asked for, separated by commas
     #[arg(long, value_name = "KINDS", value_delimiter = ',', default_value = "direct,caustic,indirect")]

@@ -10,7 +10,7 @@ Examples:
   caustica info data/cornell_b.toml
   caustica info data/course_water.toml --json")]
 pub struct InfoArgs {
-    /// The scene (TOML)
+    /// The scene (TOML, or XML of Mitsuba 3)
     pub scene: PathBuf,
     #[command(flatten)]
     pub access: AccessArgs,

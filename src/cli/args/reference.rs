@@ -18,7 +18,7 @@ Beside FILE.exr and FILE.png it writes FILE_stderr.exr: the standard error of ev
 A flag --some-name may be given as the variable CAUSTICA_SOME_NAME, too. Flags win over variables, those over the
 scene file; docs/configuration.md tells more.")]
 pub struct ReferenceArgs {
-    /// The scene (TOML)
+    /// The scene (TOML, or XML of Mitsuba 3)
     pub scene: PathBuf,
     /// Where paths start
     #[arg(long, value_enum, default_value_t = Method::Path)]

@@ -25,7 +25,7 @@ docs/long-runs.md tells more.
 A flag --some-name may be given as the variable CAUSTICA_SOME_NAME, too. Flags win over variables, those over the
 scene file; docs/configuration.md tells more.")]
 pub struct RenderArgs {
-    /// The scene (TOML)
+    /// The scene (TOML, or XML of Mitsuba 3)
     pub scene: PathBuf,
     /// The picture: EXR, and a PNG of the same name beside it [default: out/SCENE.exr]
     #[arg(short, long, value_name = "FILE.exr")]

@@ -2,7 +2,7 @@
 
 use clap::{Args, ValueEnum};
 
-use super::values::{number, size, threads};
+use super::values::{definition, number, size, threads};
 use crate::live_view::Address;
 use crate::output;
 use crate::scene::{self, Access};
@@ -40,18 +40,25 @@ pub struct RunArgs {
     pub access: AccessArgs,
 }
 
-/// What a scene may read and ask for.
-#[derive(Args, Clone, Copy, Debug)]
+/// What a scene may read and ask for, and how it is read.
+#[derive(Args, Clone, Debug)]
 pub struct AccessArgs {
+    /// Value of a parameter `$NAME` of a Mitsuba scene, before its own <default>; may be given again
+    #[arg(short = 'D', long = "define", value_name = "NAME=VALUE", value_parser = definition)]
+    pub definitions: Vec<(String, String)>,
+    /// Leave out what a Mitsuba scene holds that is not supported, and say what the picture lacks, rather than refuse it
+    #[arg(long)]
+    pub lenient: bool,
     /// Trust the scene with nothing: refuse files outside its folder, and pictures, counts and meshes beyond limits
     /// (docs/scenes.md lists them)
     #[arg(long)]
     pub sandbox: bool,
 }
 
-impl From<AccessArgs> for Access {
-    fn from(args: AccessArgs) -> Access {
-        if args.sandbox { Access::sandbox() } else { Access::any() }
+impl From<&AccessArgs> for Access {
+    fn from(args: &AccessArgs) -> Access {
+        let access = if args.sandbox { Access::sandbox() } else { Access::any() };
+        access.defining(args.definitions.iter().cloned().collect()).lenient(args.lenient)
     }
 }
 

@@ -17,7 +17,7 @@ Examples:
 It writes study.html, study.json and study.csv, and notes every finished run in measurements.jsonl: the same command
 goes on where an interrupted one was, and repeats nothing. Ctrl-C reports what is there.")]
 pub struct StudyArgs {
-    /// The scene (TOML)
+    /// The scene (TOML, or XML of Mitsuba 3)
     pub scene: PathBuf,
     #[command(flatten)]
     pub access: AccessArgs,

@@ -11,6 +11,14 @@ pub fn number(text: &str, range: impl RangeBounds<f64> + Debug) -> Result<f64, S
     if range.contains(&value) { Ok(value) } else { Err(format!("{value} is outside {range:?}")) }
 }
 
+/// `NAME=VALUE`.
+pub fn definition(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, value)) if !name.is_empty() => Ok((name.to_owned(), value.to_owned())),
+        _ => Err(format!("`{text}` is no NAME=VALUE")),
+    }
+}
+
 /// A share, which may be written in percent.
 pub fn share(text: &str, range: impl RangeBounds<f64> + Debug) -> Result<f64, String> {
     match text.strip_suffix('%') {

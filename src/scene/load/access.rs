@@ -1,4 +1,4 @@
-//! Which files a scene may be read from, and how much it may ask for.
+//! Which files a scene may be read from, how much it may ask for, and what its parameters are.
 
 use std::cell::Cell;
 use std::collections::BTreeMap;
@@ -10,11 +10,13 @@ use super::super::SceneError;
 use super::source::file_error;
 use crate::input;
 
-/// Which files a scene may be read from, and how much it may ask for.
+/// Which files a scene may be read from, how much it may ask for, what its parameters are, and how strict its reader is.
 #[derive(Clone, Debug)]
 pub struct Access {
     files: Files,
     limits: Limits,
+    definitions: BTreeMap<String, String>,
+    lenient: bool,
 }
 
 #[derive(Clone, Debug)]
@@ -76,26 +78,43 @@ impl Limits {
 }
 
 impl Access {
+    fn new(files: Files, limits: Limits) -> Access {
+        Access { files, limits, definitions: BTreeMap::new(), lenient: false }
+    }
+
     /// Every file that the user may read, wherever a scene says; asking for as much as the format allows.
     pub fn any() -> Access {
-        Access { files: Files::Any, limits: Limits::NONE }
+        Access::new(Files::Any, Limits::NONE)
     }
 
     /// Regular files in the scene's folder and below it alone, by their real paths: `..`, absolute paths and links
     /// lead nowhere else. Asking for no more than [`Limits::SANDBOX`].
     pub fn sandbox() -> Access {
-        Access { files: Files::InFolder, limits: Limits::SANDBOX }
+        Access::new(Files::InFolder, Limits::SANDBOX)
     }
 
     /// No file of the disk, but what is given here under the paths that scenes and meshes name.
     pub fn given(files: BTreeMap<PathBuf, Vec<u8>>) -> Access {
-        Access { files: Files::Given(files), limits: Limits::NONE }
+        Access::new(Files::Given(files), Limits::NONE)
     }
 
     /// The same files under other limits.
     #[must_use]
     pub fn limited(self, limits: Limits) -> Access {
         Access { limits, ..self }
+    }
+
+    /// The same with values for the parameters of a Mitsuba scene, which count before its own `<default>`s.
+    #[must_use]
+    pub fn defining(self, definitions: BTreeMap<String, String>) -> Access {
+        Access { definitions, ..self }
+    }
+
+    /// The same, and whether a Mitsuba scene may hold what is not supported: then it is left out, with a warning that says
+    /// what the picture will lack.
+    #[must_use]
+    pub fn lenient(self, lenient: bool) -> Access {
+        Access { lenient, ..self }
     }
 }
 
@@ -138,6 +157,14 @@ impl<'a> Reader<'a> {
 
     pub fn limits(&self) -> &Limits {
         &self.access.limits
+    }
+
+    pub fn definitions(&self) -> &BTreeMap<String, String> {
+        &self.access.definitions
+    }
+
+    pub fn lenient(&self) -> bool {
+        self.access.lenient
     }
 
     /// The path that a scene file means by `name`.

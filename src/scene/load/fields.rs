@@ -249,7 +249,7 @@ const LONGEST_COMPARED: usize = 64;
 const MOST_LISTED: usize = 20;
 
 /// "`nmae`; did you mean `name`? allowed: `name`, `other`".
-fn unknown_name(name: &str, known: &[&str]) -> String {
+pub(super) fn unknown_name(name: &str, known: &[&str]) -> String {
     let comparable = known.iter().filter(|k| k.len().max(name.len()) <= LONGEST_COMPARED);
     let closest = comparable.map(|k| (edit_distance(name, k), k)).min_by_key(|(distance, _)| *distance);
     let close_enough = closest.filter(|(distance, k)| *distance <= k.len().div_ceil(2));

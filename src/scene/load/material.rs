@@ -23,10 +23,12 @@ const KINDS: [&str; 9] = [
 ];
 
 /// The roughness `α` of GGX: less is a smooth surface's business, since f32 hardly tells them apart.
-const ROUGHNESS: Allowed =
+pub(super) const ROUGHNESS: Allowed =
     Allowed { text: "a number from 0.001 to 1", holds: |x| (0.001..=1.0).contains(&x) };
 
-const COAT: Allowed = Allowed { text: "a number from 1 to 10", holds: |x| (1.0..=10.0).contains(&x) };
+/// The index of a coat.
+pub(super) const COAT: Allowed =
+    Allowed { text: "a number from 1 to 10", holds: |x| (1.0..=10.0).contains(&x) };
 
 /// The materials in the order of the file.
 pub(super) fn materials(

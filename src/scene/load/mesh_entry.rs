@@ -1,4 +1,4 @@
-//! The tables `[[mesh]]`: an OBJ file, where it goes, its normals and materials.
+//! The tables `[[mesh]]`: an OBJ or PLY file, where it goes, its normals and materials.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -6,25 +6,19 @@ use std::path::{Path, PathBuf};
 use super::super::{Material, Mesh, SceneError};
 use super::access::{Denial, Reader};
 use super::fields::{Field, Fields, Names};
-use super::obj::{self, Obj, is_traceable};
+use super::geometry::{Normals, Placement};
+use super::obj::{self, Obj};
 use super::source::file_error;
 use super::transform::Transform;
-use super::{Found, mtl, objects};
+use super::{Found, mtl, objects, ply};
 use crate::bsdf::Bsdf;
-use crate::math::{Rgb, Vec3};
+use crate::math::Rgb;
 
 /// More libraries of one mesh are not read: a line of a few bytes could ask for the same large file again and again.
 const MOST_LIBRARIES: usize = 64;
 
-/// Where shading normals come from.
-#[derive(Clone, Copy, PartialEq)]
-enum Normals {
-    Smooth,
-    Flat,
-    File,
-    /// The file's if it has any, else flat.
-    Unsaid,
-}
+const NO_MATERIAL: &str =
+    "field `material` is missing; allowed: the name of a material, as a PLY file has none";
 
 /// A `[[mesh]]` table that has been checked, before its file is read.
 struct Entry<'a> {
@@ -48,7 +42,7 @@ pub(super) fn meshes(
 ) -> Result<Vec<Mesh>, SceneError> {
     let known = ["file", "scale", "rotate", "translate", "normals", "material"];
     objects::each(root, "mesh", &known, |table| {
-        let file = table.required("file", "the path of an OBJ file")?;
+        let file = table.required("file", "the path of an OBJ or PLY file")?;
         let path = reader.beside_scene(file.string()?);
         let named = table.optional("material").map(|_| objects::material(table, names));
         let (transform, normals) = (Transform::read(table)?, normals(table)?);
@@ -61,37 +55,35 @@ fn normals(table: &Fields) -> Result<Normals, SceneError> {
     const CHOICES: [Normals; 3] = [Normals::Smooth, Normals::Flat, Normals::File];
     let names = ["smooth", "flat", "file"].into_iter().collect();
     let choice = table.optional("normals").map(|field| field.choice(&names));
-    Ok(choice.transpose()?.map_or(Normals::Unsaid, |i| CHOICES[i]))
+    Ok(choice.transpose()?.map_or(Normals::FileOrFlat, |i| CHOICES[i]))
 }
 
 impl Entry<'_> {
     fn mesh(&self, file: &Field, found: &mut Found) -> Result<Mesh, SceneError> {
-        let keep_normals = matches!(self.normals, Normals::File | Normals::Unsaid);
-        let obj = obj::parse(&self.path, self.bytes(file)?, keep_normals)?;
-        found.triangles += obj.triangles.len() as u64;
-        self.check_triangles(found.triangles)?;
-        let mut mesh = Mesh {
-            name: self.file.to_owned(),
-            vertices: self.placed(&obj)?,
-            normals: None,
-            uvs: None,
-            triangles: self.wound(&obj),
-            materials: match self.material {
-                Some(material) => vec![material; obj.triangles.len()],
-                None => self.own_materials(&obj, found)?,
-            },
+        let keep_normals = matches!(self.normals, Normals::File | Normals::FileOrFlat);
+        let is_ply = is_ply(&self.path);
+        let obj = match is_ply {
+            true => Obj::of(ply::parse(&self.path, &self.bytes(file)?)?),
+            false => obj::parse(&self.path, self.bytes(file)?, keep_normals)?,
         };
-        let warnings = &mut found.warnings;
-        self.tell_count(obj.ignored, "ignored points, lines and faces of fewer than 3 vertices", warnings);
-        self.tell_count(mesh.drop_degenerate(), "dropped triangles without area", warnings);
-        if mesh.triangles.is_empty() {
-            return Err(file_error(
-                &self.path,
-                "empty mesh: no triangle has an area; at least one is needed",
-            ));
-        }
-        mesh.normals = self.shading_normals(&mesh, obj.normals, warnings)?;
-        Ok(mesh)
+        let n_triangles = obj.geometry.triangles.len();
+        found.triangles += n_triangles as u64;
+        self.check_triangles(found.triangles)?;
+        let materials = match self.material {
+            Some(material) => vec![material; n_triangles],
+            None if is_ply => return Err(self.table.error(String::from(NO_MATERIAL))),
+            None => self.own_materials(&obj, found)?,
+        };
+        let placement = Placement {
+            name: self.file,
+            path: &self.path,
+            motion: &self.transform,
+            normals: self.normals,
+            flip: false,
+            keeps_unit_normals: is_ply,
+            error: &|reason| self.table.error(reason),
+        };
+        placement.mesh(obj.geometry, materials, &mut found.warnings)
     }
 
     fn check_triangles(&self, n: u64) -> Result<(), SceneError> {
@@ -103,12 +95,6 @@ impl Entry<'_> {
         Err(file_error(&self.path, reason))
     }
 
-    fn tell_count(&self, n: usize, what: &str, warnings: &mut Vec<String>) {
-        if n > 0 {
-            warnings.push(format!("{}: {what}: {n}", self.path.display()));
-        }
-    }
-
     fn bytes(&self, file: &Field) -> Result<Vec<u8>, SceneError> {
         let shown = self.path.display();
         let is_water = self.path.file_name().is_some_and(|name| name == "surface.obj")
@@ -116,54 +102,8 @@ impl Entry<'_> {
         let hint =
             if is_water { format!("; write it with: caustica surface {shown}") } else { String::new() };
         let denied = |denial: Denial| file.error(format!(": `{shown}` {}{hint}", denial.reason()));
-        self.reader.read(&self.path, "an OBJ mesh").map_err(denied)
-    }
-
-    fn placed(&self, obj: &Obj) -> Result<Vec<Vec3>, SceneError> {
-        let vertices: Vec<Vec3> = obj.vertices.iter().map(|&p| self.transform.point(p)).collect();
-        match vertices.iter().find(|p| !is_traceable(**p)) {
-            None => Ok(vertices),
-            Some(p) => Err(self.table.error(format!(
-                "scale, rotate and translate take a vertex to {p}; allowed: coordinates from -1.8e18 to 1.8e18"
-            ))),
-        }
-    }
-
-    /// The triangles, turned over where the scale mirrors, so that their normals are mirrored and not inverted.
-    fn wound(&self, obj: &Obj) -> Vec<[u32; 3]> {
-        let flip = |&[a, b, c]: &[u32; 3]| if self.transform.mirrors() { [a, c, b] } else { [a, b, c] };
-        obj.triangles.iter().map(flip).collect()
-    }
-
-    fn shading_normals(
-        &self,
-        mesh: &Mesh,
-        from_file: Option<Vec<Vec3>>,
-        warnings: &mut Vec<String>,
-    ) -> Result<Option<Vec<Vec3>>, SceneError> {
-        match (self.normals, from_file) {
-            (Normals::Smooth, _) => Ok(Some(mesh.smooth_normals())),
-            (Normals::Flat, _) | (Normals::Unsaid, None) => Ok(None),
-            (_, Some(normals)) => Ok(Some(self.repaired(mesh, &normals, warnings))),
-            (Normals::File, None) => {
-                let reason = format!("normals = \"file\", but `{}` has none", self.path.display());
-                Err(self.table.error(format!("{reason}; allowed: `smooth` or `flat`")))
-            }
-        }
-    }
-
-    fn repaired(&self, mesh: &Mesh, normals: &[Vec3], warnings: &mut Vec<String>) -> Vec<Vec3> {
-        let turned: Vec<Option<Vec3>> = normals.iter().map(|&n| self.transform.normal(n)).collect();
-        let n_missing = turned.iter().filter(|n| n.is_none()).count();
-        if n_missing == 0 {
-            return turned.into_iter().flatten().collect();
-        }
-        self.tell_count(
-            n_missing,
-            "missing or zero vertex normals replaced by those of the faces around",
-            warnings,
-        );
-        turned.into_iter().zip(mesh.smooth_normals()).map(|(n, smooth)| n.unwrap_or(smooth)).collect()
+        let kind = if is_ply(&self.path) { "a PLY mesh" } else { "an OBJ mesh" };
+        self.reader.read(&self.path, kind).map_err(denied)
     }
 
     /// The material of each triangle by the OBJ's own libraries; those in use are appended to what was found.
@@ -190,7 +130,7 @@ impl Entry<'_> {
     fn surface(
         &self,
         name: Option<&str>,
-        library: &BTreeMap<&str, &tobj::Material>,
+        library: &BTreeMap<&str, &mtl::Mtl>,
         warnings: &mut Vec<String>,
     ) -> (Bsdf, Rgb) {
         let path = self.path.display();
@@ -213,7 +153,7 @@ impl Entry<'_> {
         &self,
         libraries: &[(usize, String)],
         warnings: &mut Vec<String>,
-    ) -> Result<Vec<tobj::Material>, SceneError> {
+    ) -> Result<Vec<mtl::Mtl>, SceneError> {
         let folder = self.path.parent().unwrap_or(Path::new(""));
         let files = |(at, names): &(usize, String)| match folder.join(names) {
             whole if self.reader.is_file(&whole) => vec![(*at, whole)],
@@ -245,10 +185,15 @@ impl Entry<'_> {
     }
 }
 
+fn is_ply(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("ply"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::testing::{BASE, TRIANGLE, added_fails_with, close, good, mesh_with, normal, read};
     use super::*;
+    use crate::math::Vec3;
 
     #[test]
     fn mistakes_in_a_mesh_are_told() {
@@ -256,7 +201,7 @@ mod tests {
             (
                 "[[mesh]]\nmaterial = \"a\"",
                 10,
-                "mesh 1: field `file` is missing; allowed: the path of an OBJ file",
+                "mesh 1: field `file` is missing; allowed: the path of an OBJ or PLY file",
             ),
             ("[[mesh]]\nfile = \"no.obj\"", 11, "field `file`: `no.obj` cannot be read"),
             ("[[mesh]]\nfile = \"surface.obj\"", 11, "write it with: caustica surface surface.obj"),

@@ -1,8 +1,12 @@
-//! Scene files (TOML) and the meshes they name (OBJ with MTL), turned into a [`SceneDesc`] by the rules in the
+//! Scene files (TOML, or the XML of Mitsuba 3) and the meshes they name (OBJ with MTL, PLY), turned into a [`SceneDesc`] by the rules in the
 //! documentation of [`crate::scene`].
 
 mod access;
+mod affine;
+mod bare_mesh;
 mod fields;
+mod geometry;
+mod gltf;
 mod lights;
 mod material;
 mod mesh_entry;
@@ -11,6 +15,7 @@ mod obj;
 mod objects;
 mod pictures;
 mod places;
+mod ply;
 mod polygon;
 mod settings;
 mod source;
@@ -18,6 +23,7 @@ mod statements;
 #[cfg(test)]
 mod testing;
 mod transform;
+mod xml;
 
 use std::path::Path;
 
@@ -26,6 +32,7 @@ use toml::de::DeTable;
 use self::access::Reader;
 pub use self::access::{Access, Limits};
 use self::fields::Fields;
+pub(super) use self::objects::check_quad;
 use self::source::Source;
 use super::{Material, SceneDesc, SceneError};
 use crate::math::Rgb;
@@ -45,7 +52,25 @@ pub fn load(path: &Path) -> Result<SceneDesc, SceneError> {
 /// told in [`SceneDesc::warnings`]; so is a scene without light, which renders black.
 pub fn load_with(path: &Path, access: &Access) -> Result<SceneDesc, SceneError> {
     let reader = Reader::new(access, path)?;
-    let text = source::read_scene_text(path, &reader)?;
+    let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
+    let mut scene = match extension.as_ref().and_then(|extension| extension.to_str()) {
+        Some("xml") => xml::read(path, &reader)?,
+        Some("gltf" | "glb") => without_parameters(path, &reader).and_then(|()| gltf::read(path, &reader))?,
+        Some("obj") => without_parameters(path, &reader).and_then(|()| bare_mesh::read(path, &reader))?,
+        _ => without_parameters(path, &reader).and_then(|()| read_toml(path, &reader))?,
+    };
+    warn_of_darkness(&mut scene);
+    Ok(scene)
+}
+
+fn without_parameters(path: &Path, reader: &Reader) -> Result<(), SceneError> {
+    let Some(name) = reader.definitions().keys().next() else { return Ok(()) };
+    let reason = format!("-D {name}: the file has no parameters; allowed: -D for Mitsuba's XML");
+    Err(source::file_error(path, reason))
+}
+
+fn read_toml(path: &Path, reader: &Reader) -> Result<SceneDesc, SceneError> {
+    let text = source::read_scene_text(path, reader)?;
     let source = Source::new(path, &text);
     let table = DeTable::parse(&text).map_err(|e| syntax_error(&source, &e))?;
     const TABLES: [&str; 11] = [
@@ -61,9 +86,7 @@ pub fn load_with(path: &Path, access: &Access) -> Result<SceneDesc, SceneError> 
         "quad",
         "mesh",
     ];
-    let mut scene = read_scene(path, &Fields::root(&source, &table, &TABLES)?, &reader)?;
-    warn_of_darkness(&mut scene);
-    Ok(scene)
+    read_scene(path, &Fields::root(&source, &table, &TABLES)?, reader)
 }
 
 fn syntax_error(source: &Source, error: &toml::de::Error) -> SceneError {
@@ -80,7 +103,10 @@ fn read_scene(path: &Path, root: &Fields, reader: &Reader) -> Result<SceneDesc, 
     let film = settings::film(root, reader.limits())?;
     let camera = settings::camera(root)?;
     let render = settings::render(root, reader.limits())?;
-    settings::check_eye_paths(root, &film, &render, reader.limits())?;
+    settings::check_eye_paths(&film, &render, reader.limits()).map_err(|reason| {
+        let place = root.optional("film").or_else(|| root.optional("render"));
+        place.map_or_else(|| root.error(reason.clone()), |field| field.error(reason.clone()))
+    })?;
     let spheres = objects::spheres(root, &names)?;
     let point_lights = objects::point_lights(root, &mut warnings)?;
     let further_lights = lights::further_lights(root, reader)?;
@@ -152,7 +178,7 @@ mod tests {
         let (folder, path) = folder(b"[camera]\nname = \"caf\xe9\"\n", &[]);
         let error = |path: &Path| load(path).unwrap_err().to_string();
         assert!(error(&path).contains("s.toml: is not UTF-8 (line 2)"), "{}", error(&path));
-        assert!(error(folder.path()).contains("is a folder; a scene file (TOML, UTF-8) is expected"));
+        assert!(error(folder.path()).contains("is a folder; a scene file (TOML or XML, UTF-8) is expected"));
         assert!(error(&folder.path().join("x.toml")).contains("x.toml: cannot be read: "));
         for empty in ["", " \n\n"] {
             assert!(read(empty, &[]).unwrap_err().starts_with("s.toml: is empty; a scene file"));

@@ -1,31 +1,36 @@
-//! OBJ files. A scan refuses, with its line, what the parser `tobj` would refuse without one, misread or panic on;
-//! it hands on plain vertices and faces, which `tobj` then parses and joins.
+//! OBJ files: positions, normals and faces, joined into vertices that have one of each.
+
+mod join;
 
 use std::collections::BTreeMap;
-use std::fmt::Write;
 use std::path::Path;
 
+use self::join::{Corner, Joined};
 use super::super::SceneError;
-use super::fields::{COORDINATE, MAX_COORDINATE, shortened};
+use super::fields::{COORDINATE, shortened};
+use super::geometry::Geometry;
 use super::polygon::{MAX_CONCAVE, triangulate};
 use super::source::file_error;
-use super::statements::{decode, keyword, statements, words};
+use super::statements::{decode, keyword, statements};
 use crate::math::Vec3;
 
 /// What an OBJ file holds, cut into triangles.
 #[derive(Debug)]
 pub(super) struct Obj {
-    pub vertices: Vec<Vec3>,
-    /// One per vertex, of any length; zero for corners without one. None if no corner has one.
-    pub normals: Option<Vec<Vec3>>,
-    pub triangles: Vec<[u32; 3]>,
+    pub geometry: Geometry,
     /// Per triangle an index into `material_names`, or none before the first `usemtl`.
     pub materials: Vec<Option<u32>>,
     pub material_names: Vec<String>,
     /// What stands behind each `mtllib`, with its line.
     pub libraries: Vec<(usize, String)>,
-    /// Points, lines and faces of fewer than three vertices.
-    pub ignored: usize,
+}
+
+impl Obj {
+    /// Geometry without materials.
+    pub fn of(geometry: Geometry) -> Obj {
+        let materials = vec![None; geometry.triangles.len()];
+        Obj { geometry, materials, material_names: Vec::new(), libraries: Vec::new() }
+    }
 }
 
 /// Reads the bytes of an OBJ file. Without `keep_normals`, corners that share a position share a vertex.
@@ -39,8 +44,9 @@ pub(super) fn parse(path: &Path, bytes: Vec<u8>, keep_normals: bool) -> Result<O
         scan.line = line;
         scan.statement(&statement)?;
     }
+    drop(text);
     scan.check_furthest()?;
-    if scan.face_materials.is_empty() {
+    if scan.faces.is_empty() {
         return Err(file_error(
             path,
             "empty mesh: it has no face of 3 or more vertices; at least one is needed",
@@ -55,22 +61,28 @@ const VERTEX: usize = 0;
 const TEXTURE: usize = 1;
 const NORMAL: usize = 2;
 
-/// Corners, and an index into the names of materials.
-type Triangle = ([u32; 3], Option<u32>);
+/// A face as it is read.
+struct Face {
+    /// How many of the corners are its own.
+    n_corners: u32,
+    /// An index into the names of materials.
+    material: Option<u32>,
+}
 
 struct Scan<'a> {
     path: &'a Path,
     line: usize,
     keep_normals: bool,
-    /// What `tobj` gets to read. Its first normal is zero and stands for the missing ones.
-    plain: String,
+    positions: Vec<Vec3>,
+    normals: Vec<Vec3>,
     counts: [usize; 3],
     /// The largest index of each kind and its line: indices may run ahead of what they count.
     furthest: [(usize, usize); 3],
-    any_normal: bool,
     material_names: BTreeMap<String, u32>,
     material: Option<u32>,
-    face_materials: Vec<Option<u32>>,
+    /// Of all faces, one after the other.
+    corners: Vec<Corner>,
+    faces: Vec<Face>,
     /// Face numbers and lines of those too large to clip ears from.
     large_faces: Vec<(usize, usize)>,
     libraries: Vec<(usize, String)>,
@@ -83,13 +95,14 @@ impl<'a> Scan<'a> {
             path,
             line: 0,
             keep_normals,
-            plain: String::from("vn 0 0 0\n"),
+            positions: Vec::new(),
+            normals: Vec::new(),
             counts: [0; 3],
             furthest: [(0, 0); 3],
-            any_normal: false,
             material_names: BTreeMap::new(),
             material: None,
-            face_materials: Vec::new(),
+            corners: Vec::new(),
+            faces: Vec::new(),
             large_faces: Vec::new(),
             libraries: Vec::new(),
             ignored: 0,
@@ -103,10 +116,10 @@ impl<'a> Scan<'a> {
     fn statement(&mut self, statement: &str) -> Result<(), SceneError> {
         let (word, rest) = keyword(statement);
         match word {
-            "v" => self.vertex(&words(rest))?,
+            "v" => self.vertex(rest)?,
             "vt" => self.counts[TEXTURE] += 1,
-            "vn" => self.normal(&words(rest))?,
-            "f" => self.face(&words(rest))?,
+            "vn" => self.normal(rest)?,
+            "f" => self.face(rest)?,
             "p" | "l" => self.ignored += 1,
             "usemtl" => self.use_material(rest),
             "mtllib" => self.libraries.push((self.line, rest.to_owned())),
@@ -115,56 +128,59 @@ impl<'a> Scan<'a> {
         Ok(())
     }
 
-    fn floats(&self, words: &[&str], what: &str) -> Result<Vec<f32>, SceneError> {
-        let number = |word: &&str| {
-            let wrong = |_| {
-                self.error(format!(
-                    "{what}: `{}` is not a number; allowed: {}",
-                    shortened(word),
-                    COORDINATE.text
-                ))
-            };
-            word.parse::<f32>().map_err(wrong)
-        };
-        words.iter().map(number).collect()
+    /// The first numbers of a statement, and how many words it has.
+    fn numbers<const N: usize>(&self, rest: &str, what: &str) -> Result<([f32; N], usize), SceneError> {
+        let mut numbers = [0.0; N];
+        let mut n = 0;
+        for word in in_words(rest) {
+            if n < N {
+                numbers[n] = word.parse().map_err(|_| self.no_number(word, what))?;
+            }
+            n += 1;
+        }
+        Ok((numbers, n))
     }
 
-    fn vertex(&mut self, words: &[&str]) -> Result<(), SceneError> {
-        // Of more than four numbers, those behind the first three are a colour.
-        let used = if words.len() == 4 { words } else { &words[..words.len().min(3)] };
-        let numbers = self.floats(used, "vertex")?;
-        let (Some(xyz), weight) = (numbers.get(..3), numbers.get(3).copied().unwrap_or(1.0)) else {
-            return Err(self.error(format!("vertex of {} numbers; allowed: 3 or more", numbers.len())));
-        };
-        if weight == 0.0 {
-            return Err(self.error(String::from("vertex of weight 0; allowed: any other weight, or none")));
+    fn no_number(&self, word: &str, what: &str) -> SceneError {
+        let allowed = COORDINATE.text;
+        self.error(format!("{what}: `{}` is not a number; allowed: {allowed}", shortened(word)))
+    }
+
+    fn vertex(&mut self, rest: &str) -> Result<(), SceneError> {
+        let ([x, y, z], n) = self.numbers(rest, "vertex")?;
+        if n < 3 {
+            return Err(self.error(format!("vertex of {n} numbers; allowed: 3 or more")));
         }
-        if let Some(outside) = xyz.iter().find(|&x| !(COORDINATE.holds)(f64::from(x / weight))) {
-            let value = outside / weight;
+        let mut position = Vec3::new(x, y, z);
+        // Of more than four numbers, those behind the first three are a colour.
+        if n == 4 {
+            let ([.., weight], _) = self.numbers::<4>(rest, "vertex")?;
+            if weight == 0.0 {
+                return Err(
+                    self.error(String::from("vertex of weight 0; allowed: any other weight, or none"))
+                );
+            }
+            position /= weight;
+        }
+        let outside = |x: &f32| !(COORDINATE.holds)(f64::from(*x));
+        if let Some(value) = position.to_array().into_iter().find(outside) {
             return Err(self.error(format!("vertex coordinate {value}; allowed: {}", COORDINATE.text)));
         }
         self.counts[VERTEX] += 1;
-        self.hand_on("v", used);
+        self.positions.push(position);
         Ok(())
     }
 
-    fn normal(&mut self, words: &[&str]) -> Result<(), SceneError> {
-        let used = &words[..words.len().min(3)];
-        if self.floats(used, "normal")?.len() < 3 {
-            return Err(self.error(format!("normal of {} numbers; allowed: 3", words.len())));
+    fn normal(&mut self, rest: &str) -> Result<(), SceneError> {
+        let (normal, n) = self.numbers(rest, "normal")?;
+        if n < 3 {
+            return Err(self.error(format!("normal of {n} numbers; allowed: 3")));
         }
         self.counts[NORMAL] += 1;
-        self.hand_on("vn", used);
-        Ok(())
-    }
-
-    fn hand_on(&mut self, keyword: &str, words: &[&str]) {
-        self.plain.push_str(keyword);
-        for word in words {
-            self.plain.push(' ');
-            self.plain.push_str(word);
+        if self.keep_normals {
+            self.normals.push(Vec3::from_array(normal));
         }
-        self.plain.push('\n');
+        Ok(())
     }
 
     fn use_material(&mut self, name: &str) {
@@ -173,45 +189,42 @@ impl<'a> Scan<'a> {
             (!name.is_empty()).then(|| *self.material_names.entry(name.to_owned()).or_insert(next));
     }
 
-    fn face(&mut self, words: &[&str]) -> Result<(), SceneError> {
-        let corners = words.iter().map(|word| self.corner(word)).collect::<Result<Vec<_>, _>>()?;
-        if corners.len() < 3 {
+    fn face(&mut self, rest: &str) -> Result<(), SceneError> {
+        let before = self.corners.len();
+        for word in in_words(rest) {
+            let corner = self.corner(word)?;
+            self.corners.push(corner);
+        }
+        let n_corners = self.corners.len() - before;
+        if n_corners < 3 {
+            self.corners.truncate(before);
             self.ignored += 1;
             return Ok(());
         }
-        if corners.len() > MAX_CONCAVE {
-            self.large_faces.push((self.face_materials.len(), self.line));
+        if n_corners > MAX_CONCAVE {
+            self.large_faces.push((self.faces.len(), self.line));
         }
-        self.face_materials.push(self.material);
-        self.plain.push('f');
-        for (vertex, normal) in corners {
-            // Writing to a string cannot fail.
-            let _ = write!(self.plain, " {vertex}//{normal}");
-        }
-        self.plain.push('\n');
+        self.faces.push(Face { n_corners: n_corners as u32, material: self.material });
         Ok(())
     }
 
-    /// The numbers from 1 of a corner's position and normal in what is handed on.
-    fn corner(&mut self, word: &str) -> Result<(usize, usize), SceneError> {
-        let parts: Vec<&str> = word.split('/').collect();
-        if parts.len() > KINDS.len() {
-            let word = shortened(word);
-            return Err(self.error(format!("corner `{word}`; allowed: v, v/vt, v//vn or v/vt/vn")));
+    /// The numbers from 1 of a corner's position and normal; 0 for no normal.
+    fn corner(&mut self, word: &str) -> Result<Corner, SceneError> {
+        let mut numbers = [0; 3];
+        for (kind, part) in word.split('/').enumerate() {
+            if kind == KINDS.len() {
+                let word = shortened(word);
+                return Err(self.error(format!("corner `{word}`; allowed: v, v/vt, v//vn or v/vt/vn")));
+            }
+            if kind == VERTEX || !part.is_empty() {
+                numbers[kind] = self.index(kind, part)?;
+            }
         }
-        let mut numbers = [None; 3];
-        for (kind, part) in
-            parts.iter().enumerate().filter(|(kind, part)| *kind == VERTEX || !part.is_empty())
-        {
-            numbers[kind] = Some(self.index(kind, part)?);
-        }
-        let normal = numbers[NORMAL].filter(|_| self.keep_normals);
-        self.any_normal |= normal.is_some();
-        Ok((numbers[VERTEX].unwrap_or_default(), 1 + normal.unwrap_or_default()))
+        Ok(Corner { position: numbers[VERTEX], normal: if self.keep_normals { numbers[NORMAL] } else { 0 } })
     }
 
     /// An index as a number from 1; negative ones count back from the latest.
-    fn index(&mut self, kind: usize, word: &str) -> Result<usize, SceneError> {
+    fn index(&mut self, kind: usize, word: &str) -> Result<u32, SceneError> {
         let what = KINDS[kind];
         let index: i64 = word.parse().map_err(|_| {
             let word = shortened(word);
@@ -219,11 +232,15 @@ impl<'a> Scan<'a> {
         })?;
         let number =
             if index < 0 { index.saturating_add_unsigned(self.counts[kind] as u64) + 1 } else { index };
-        if index == 0 || number < 1 {
-            return Err(self.out_of_range(kind, index));
+        match u32::try_from(number) {
+            Ok(number) if number > 0 => {
+                if number as usize > self.furthest[kind].0 {
+                    self.furthest[kind] = (number as usize, self.line);
+                }
+                Ok(number)
+            }
+            _ => Err(self.out_of_range(kind, index)),
         }
-        self.furthest[kind] = self.furthest[kind].max((number as usize, self.line));
-        Ok(number as usize)
     }
 
     fn out_of_range(&self, kind: usize, index: i64) -> SceneError {
@@ -245,40 +262,40 @@ impl<'a> Scan<'a> {
     }
 
     fn finish(self) -> Result<Obj, SceneError> {
-        let options = tobj::LoadOptions { single_index: true, ..Default::default() };
-        let no_library = |_: &Path| Err(tobj::LoadError::OpenFileFailed);
-        let (models, _) = tobj::load_obj_buf(&mut self.plain.as_bytes(), &options, no_library)
-            .map_err(|e| file_error(self.path, format!("cannot be parsed: {e}")))?;
-        let mesh = models.into_iter().next().map(|model| model.mesh).unwrap_or_default();
-        let vertices = triples(&mesh.positions);
-        let (triangles, materials) = self.triangles(&mesh, &vertices)?.into_iter().unzip();
+        let Joined { vertices, normals, indices } = Joined::of(&self.corners, &self.positions, &self.normals);
+        let (triangles, materials) = self.triangles(&indices, &vertices)?;
         let mut names: Vec<(String, u32)> = self.material_names.into_iter().collect();
         names.sort_by_key(|(_, index)| *index);
         Ok(Obj {
-            vertices,
-            normals: self.any_normal.then(|| triples(&mesh.normals)),
-            triangles,
+            geometry: Geometry { vertices, normals, uvs: None, triangles, ignored: self.ignored },
             materials,
             material_names: names.into_iter().map(|(name, _)| name).collect(),
             libraries: self.libraries,
-            ignored: self.ignored,
         })
     }
 
-    /// The triangles of all faces, each with its material.
-    fn triangles(&self, mesh: &tobj::Mesh, vertices: &[Vec3]) -> Result<Vec<Triangle>, SceneError> {
-        let mut rest = &mesh.indices[..];
-        let mut triangles = Vec::new();
-        for (face, &material) in self.face_materials.iter().enumerate() {
-            // tobj leaves the arities out where all faces are triangles.
-            let arity = mesh.face_arities.get(face).map_or(3, |&n| n as usize);
-            let (ring, others) = rest.split_at(arity);
+    /// The triangles of all faces and their materials.
+    fn triangles(
+        &self,
+        indices: &[u32],
+        vertices: &[Vec3],
+    ) -> Result<(Vec<[u32; 3]>, Vec<Option<u32>>), SceneError> {
+        let mut rest = indices;
+        let mut triangles = Vec::with_capacity(self.faces.len());
+        let mut materials = Vec::with_capacity(self.faces.len());
+        for (number, face) in self.faces.iter().enumerate() {
+            let (ring, others) = rest.split_at(face.n_corners as usize);
             rest = others;
-            let corners: Vec<Vec3> = ring.iter().map(|&i| vertices[i as usize]).collect();
-            let cut = triangulate(&corners).ok_or_else(|| self.too_large(face))?;
-            triangles.extend(cut.into_iter().map(|t| (t.map(|i| ring[i]), material)));
+            if let &[a, b, c] = ring {
+                triangles.push([a, b, c]);
+            } else {
+                let corners: Vec<Vec3> = ring.iter().map(|&i| vertices[i as usize]).collect();
+                let cut = triangulate(&corners).ok_or_else(|| self.too_large(number))?;
+                triangles.extend(cut.into_iter().map(|triangle| triangle.map(|i| ring[i])));
+            }
+            materials.resize(triangles.len(), face.material);
         }
-        Ok(triangles)
+        Ok((triangles, materials))
     }
 
     fn too_large(&self, face: usize) -> SceneError {
@@ -289,13 +306,10 @@ impl<'a> Scan<'a> {
     }
 }
 
-fn triples(flat: &[f32]) -> Vec<Vec3> {
-    flat.chunks_exact(3).map(Vec3::from_slice).collect()
-}
-
-/// Whether Embree traces a vertex there.
-pub(super) fn is_traceable(p: Vec3) -> bool {
-    f64::from(p.abs().max_element()) <= MAX_COORDINATE && p.is_finite()
+/// The words in front of a comment.
+fn in_words(rest: &str) -> impl Iterator<Item = &str> {
+    let end = rest.bytes().position(|byte| byte == b'#').unwrap_or(rest.len());
+    rest[..end].split_ascii_whitespace()
 }
 
 #[cfg(test)]
@@ -316,23 +330,23 @@ mod tests {
     fn dirty_but_clear_files_load() {
         let file = "\u{feff}v 0 0 0 # a\r\n\tv  1. +0 0e0  \r\nvt 7\r\nv 1 1 .0 1 0 0\r\nv 0 2 0 2\r\nf 1/1 2 3/-1 \\\r\n 4#b";
         let obj = read(file).unwrap();
-        assert_eq!(obj.vertices, faces("f 1 2 3 4").vertices);
-        assert_eq!(obj.triangles, [[0, 1, 2], [0, 2, 3]]);
-        assert_eq!((obj.normals, obj.ignored), (None, 0));
+        assert_eq!(obj.geometry.vertices, faces("f 1 2 3 4").geometry.vertices);
+        assert_eq!(obj.geometry.triangles, [[0, 1, 2], [0, 2, 3]]);
+        assert_eq!((obj.geometry.normals, obj.geometry.ignored), (None, 0));
     }
 
     #[test]
     fn indices_count_from_either_end_and_may_run_ahead() {
         let ahead = read(&format!("f 1 2 3\n{SQUARE}f -4 -3 -2")).unwrap();
-        assert_eq!(ahead.triangles, [[0, 1, 2], [0, 1, 2]]);
-        assert_eq!(ahead.vertices.len(), 3);
+        assert_eq!(ahead.geometry.triangles, [[0, 1, 2], [0, 1, 2]]);
+        assert_eq!(ahead.geometry.vertices.len(), 3);
     }
 
     #[test]
     fn corners_without_a_normal_have_a_zero_one() {
         let obj = faces("vn 0 0 2\nvn nan 0 1\nf 1//1 2//-2 3\nf 1/ 3// 4//2");
-        let normals = obj.normals.unwrap();
-        let of_corner = |t: usize, k: usize| normals[obj.triangles[t][k] as usize];
+        let normals = obj.geometry.normals.unwrap();
+        let of_corner = |t: usize, k: usize| normals[obj.geometry.triangles[t][k] as usize];
         assert_eq!(
             [of_corner(0, 0), of_corner(0, 1), of_corner(0, 2)],
             [2.0 * Vec3::Z, 2.0 * Vec3::Z, Vec3::ZERO]
@@ -345,8 +359,8 @@ mod tests {
     fn unused_normals_leave_vertices_shared() {
         let text = format!("{SQUARE}vn 0 0 1\nvn 0 1 0\nf 1//1 2//1 3//1\nf 1//2 3//2 4//2");
         let shared = parse(Path::new("m.obj"), text.clone().into_bytes(), false).unwrap();
-        assert_eq!((shared.vertices.len(), shared.normals), (4, None));
-        assert_eq!(read(&text).unwrap().vertices.len(), 6);
+        assert_eq!((shared.geometry.vertices.len(), shared.geometry.normals), (4, None));
+        assert_eq!(read(&text).unwrap().geometry.vertices.len(), 6);
     }
 
     #[test]
@@ -386,6 +400,28 @@ mod tests {
     }
 
     proptest::proptest! {
+        /// The parser of others, for what it reads without fail.
+        #[test]
+        fn meshes_are_joined_as_by_tobj(
+            corners in proptest::collection::vec((1u32..6, 0u32..4), 3..60),
+            keep_normals: bool,
+        ) {
+            let mut text = String::from("v 0 0 0\nv 1 0 0.5\nv 1 1 0\nv 0 1 3\nv 2 2 2\nvn 0 0 1\nvn 1 0 0\nvn 0 1 0\nvn 0 0 0\n");
+            for face in corners.chunks_exact(3) {
+                let corner = |(v, n): &(u32, u32)| format!(" {v}//{}", if keep_normals { n + 1 } else { 1 });
+                text += &format!("f{}\n", face.iter().map(corner).collect::<String>());
+            }
+            let ours = parse(Path::new("m.obj"), text.clone().into_bytes(), keep_normals).unwrap().geometry;
+            let options = tobj::LoadOptions { single_index: true, ..Default::default() };
+            let theirs = tobj::load_obj_buf(&mut text.as_bytes(), &options, |_| Err(tobj::LoadError::OpenFileFailed)).unwrap().0;
+            let theirs = &theirs[0].mesh;
+            proptest::prop_assert_eq!(ours.triangles.as_flattened(), &theirs.indices[..]);
+            proptest::prop_assert_eq!(ours.vertices.iter().flat_map(|v| v.to_array()).collect::<Vec<_>>(), theirs.positions.clone());
+            if keep_normals {
+                proptest::prop_assert_eq!(ours.normals.unwrap().iter().flat_map(|n| n.to_array()).collect::<Vec<_>>(), theirs.normals.clone());
+            }
+        }
+
         #[test]
         fn no_text_makes_it_panic(
             lines in proptest::collection::vec("(v|vn|vt|f|f|usemtl|mtllib|p|g)( (-?[0-9]{1,2}|[0-9/.-]{0,6}|nan|inf|1e39)){0,6}", 0..30)

@@ -54,7 +54,7 @@ pub(super) fn quads(root: &Fields, names: &Names) -> Result<Vec<Mesh>, SceneErro
         let [a, b, c, d] = &corners;
         let vertices = [a, b, c, d].map(|corner| corner.vec3(&COORDINATE));
         let vertices = vertices.into_iter().collect::<Result<Vec<Vec3>, SceneError>>()?;
-        check_quad(table, &vertices)?;
+        check_quad(&vertices).map_err(|reason| table.error(reason))?;
         Ok(Mesh {
             name: table.place.clone(),
             vertices,
@@ -66,15 +66,16 @@ pub(super) fn quads(root: &Fields, names: &Names) -> Result<Vec<Mesh>, SceneErro
     })
 }
 
-fn check_quad(table: &Fields, corners: &[Vec3]) -> Result<(), SceneError> {
+/// What keeps four corners from being a quad.
+pub(in super::super) fn check_quad(corners: &[Vec3]) -> Result<(), String> {
     let normal = |i: usize, j: usize| geometric_normal([corners[0], corners[i], corners[j]]);
     let (Some(first), Some(second)) = (normal(1, 2), normal(2, 3)) else {
         let halves = "the triangles of corners 0 1 2 and 0 2 3 must have an area";
-        return Err(table.error(format!("has zero area in one half; {halves}")));
+        return Err(format!("has zero area in one half; {halves}"));
     };
     if first.dot(second) <= 0.0 {
         let reason = "is folded: its corners are not in order, or it is concave at corner 1 or 3";
-        return Err(table.error(format!("{reason}; allowed: corners in order around it")));
+        return Err(format!("{reason}; allowed: corners in order around it"));
     }
     Ok(())
 }

@@ -16,9 +16,12 @@ const U32: u64 = u32::MAX as u64;
 /// TOML's largest whole number.
 const LARGEST: u64 = i64::MAX as u64;
 
+/// The most pixels of a row or a column.
+pub(super) const LONGEST_SIDE: u64 = 16384;
+
 pub(super) fn film(root: &Fields, limits: &Limits) -> Result<FilmDesc, SceneError> {
     const DEFAULT: u64 = 512;
-    const SIDE: (u64, u64) = (1, 16384);
+    const SIDE: (u64, u64) = (1, LONGEST_SIDE);
     let Some(field) = root.optional("film") else {
         return Ok(FilmDesc::new(DEFAULT as u32, DEFAULT as u32));
     };
@@ -46,22 +49,15 @@ fn whole(table: &Fields, name: &str, default: u64, bounds: (u64, u64), most: u64
 }
 
 /// Refuses more eye samples in the whole picture than a sandbox allows.
-pub(super) fn check_eye_paths(
-    root: &Fields,
-    film: &FilmDesc,
-    render: &RenderDesc,
-    limits: &Limits,
-) -> Result<(), SceneError> {
+pub(super) fn check_eye_paths(film: &FilmDesc, render: &RenderDesc, limits: &Limits) -> Result<(), String> {
     let paths = u64::from(film.width) * u64::from(film.height) * u64::from(render.samples);
     if paths <= limits.eye_paths {
         return Ok(());
     }
-    let place = root.optional("film").or_else(|| root.optional("render"));
-    let reason = format!(
+    Err(format!(
         ": {} x {} pixels of {} samples are {paths} eye samples; allowed in the sandbox: {}",
         film.width, film.height, render.samples, limits.eye_paths
-    );
-    Err(place.map_or_else(|| root.error(reason.clone()), |field| field.error(reason.clone())))
+    ))
 }
 
 pub(super) fn camera(root: &Fields) -> Result<CameraDesc, SceneError> {
@@ -103,9 +99,13 @@ fn check_view(table: &Fields, camera: &CameraDesc) -> Result<(), SceneError> {
     Ok(())
 }
 
+/// How scenes are rendered that do not say.
+pub(super) fn default_render() -> RenderDesc {
+    RenderDesc { passes: 64, photons: 100_000, samples: 4, alpha: 0.7, radius: None, depth: 12 }
+}
+
 pub(super) fn render(root: &Fields, limits: &Limits) -> Result<RenderDesc, SceneError> {
-    let mut render =
-        RenderDesc { passes: 64, photons: 100_000, samples: 4, alpha: 0.7, radius: None, depth: 12 };
+    let mut render = default_render();
     let Some(field) = root.optional("render") else { return Ok(render) };
     let known = ["passes", "photons", "samples", "alpha", "radius", "depth"];
     let table = field.table(String::from("render"), &known)?;

@@ -45,7 +45,7 @@ pub(super) fn file_error(path: &Path, reason: impl Into<String>) -> SceneError {
 
 /// The text of a scene file without its byte order mark, if it has one.
 pub(super) fn read_scene_text(path: &Path, reader: &Reader) -> Result<String, SceneError> {
-    const KIND: &str = "a scene file (TOML, UTF-8)";
+    const KIND: &str = "a scene file (TOML or XML, UTF-8)";
     let bytes = reader.read(path, KIND).map_err(|denial: Denial| file_error(path, denial.reason()))?;
     let most = reader.limits().scene_bytes;
     if bytes.len() as u64 > most {
@@ -57,7 +57,7 @@ pub(super) fn read_scene_text(path: &Path, reader: &Reader) -> Result<String, Sc
         file_error(path, format!("is not UTF-8 (line {line}); {KIND} is expected"))
     })?;
     if text.trim().is_empty() {
-        return Err(file_error(path, format!("is empty; {KIND} with at least [camera] is expected")));
+        return Err(file_error(path, format!("is empty; {KIND} with at least a camera is expected")));
     }
     Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))
 }

@@ -2,6 +2,7 @@
 
 use super::super::SceneError;
 use super::fields::{COORDINATE, FINITE, Field, Fields};
+use super::geometry::Motion;
 use crate::math::{DVec3, Vec3};
 
 /// `p -> R (s p) + t`, computed in f64.
@@ -38,22 +39,26 @@ impl Transform {
         })
     }
 
-    pub fn point(&self, p: Vec3) -> Vec3 {
+    fn turned(&self, v: DVec3) -> DVec3 {
+        self.rotation.map_or(v, |rotation| rotation.apply(v))
+    }
+}
+
+impl Motion for Transform {
+    fn is_identity(&self) -> bool {
+        self.scale == DVec3::ONE && self.rotation.is_none() && self.translation == DVec3::ZERO
+    }
+
+    fn point(&self, p: Vec3) -> Vec3 {
         (self.turned(self.scale * p.as_dvec3()) + self.translation).as_vec3()
     }
 
-    /// The transformed unit normal (by the inverse transpose); none for a normal without direction.
-    pub fn normal(&self, n: Vec3) -> Option<Vec3> {
+    fn normal(&self, n: Vec3) -> Option<Vec3> {
         self.turned(n.as_dvec3() / self.scale).try_normalize().map(|n| n.as_vec3())
     }
 
-    /// Whether left hands become right hands.
-    pub fn mirrors(&self) -> bool {
+    fn mirrors(&self) -> bool {
         self.scale.to_array().iter().filter(|s| **s < 0.0).count() % 2 == 1
-    }
-
-    fn turned(&self, v: DVec3) -> DVec3 {
-        self.rotation.map_or(v, |rotation| rotation.apply(v))
     }
 }
 

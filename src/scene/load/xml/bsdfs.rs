@@ -1,0 +1,272 @@
+//! `<bsdf>`: which of the core's surfaces each kind is.
+
+use super::super::super::SceneError;
+use super::super::fields::{NON_NEGATIVE, unknown_name};
+use super::super::material::{COAT, ROUGHNESS};
+use super::element::Element;
+use super::ior;
+use super::object::{Context, Object};
+use crate::bsdf::{Bsdf, Ggx, Interface, METALS, Plastic, RoughSurface};
+use crate::math::Rgb;
+
+/// Bsdfs may wrap each other this deep; a reference to itself would do so without end.
+const DEEPEST: usize = 8;
+
+const KINDS: &str = "`diffuse`, `dielectric`, `thindielectric`, `roughdielectric`, `conductor`, `roughconductor`, `plastic`, `twosided`";
+
+/// How a surface scatters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Surface {
+    pub bsdf: Bsdf,
+    /// Whether Mitsuba shows it black from behind: here no surface is.
+    pub one_sided: bool,
+}
+
+impl Surface {
+    /// That of shapes without a bsdf.
+    pub const DEFAULT: Surface = Surface { bsdf: Bsdf::Diffuse { albedo: Rgb::splat(0.5) }, one_sided: true };
+
+    fn one_sided(bsdf: Bsdf) -> Surface {
+        Surface { bsdf, one_sided: true }
+    }
+
+    fn both_sides(bsdf: Bsdf) -> Surface {
+        Surface { bsdf, one_sided: false }
+    }
+}
+
+pub(super) fn read<'a>(element: &'a Element, context: &'a Context<'a>) -> Result<Surface, SceneError> {
+    nested(element, context, 0)
+}
+
+fn nested<'a>(element: &'a Element, context: &'a Context<'a>, depth: usize) -> Result<Surface, SceneError> {
+    if depth == DEEPEST {
+        return Err(
+            element.error(format!("bsdfs are nested deeper than {DEEPEST}; allowed: as deep as that"))
+        );
+    }
+    let object = Object::new(element, context)?;
+    let surface = match object.kind()? {
+        "diffuse" => Surface::one_sided(Bsdf::Diffuse { albedo: object.reflectance("reflectance", 0.5)? }),
+        "dielectric" => {
+            object.only_white("specular_reflectance")?;
+            object.only_white("specular_transmittance")?;
+            Surface::both_sides(Bsdf::Dielectric { ior: ior::ratio(&object, "bk7")? })
+        }
+        "thindielectric" => {
+            object.only_white("specular_reflectance")?;
+            object.only_white("specular_transmittance")?;
+            Surface::both_sides(Bsdf::ThinDielectric { ior: ior::ratio(&object, "bk7")? })
+        }
+        "roughdielectric" => {
+            object.only_white("specular_reflectance")?;
+            object.only_white("specular_transmittance")?;
+            let interface = Interface::Dielectric { ior: ior::ratio(&object, "bk7")? };
+            Surface::both_sides(Bsdf::Rough(RoughSurface { facets: facets(&object)?, interface }))
+        }
+        "conductor" => Surface::one_sided(match metal(&object)? {
+            None => Bsdf::Mirror { reflectance: object.reflectance("specular_reflectance", 1.0)? },
+            Some((eta, k)) => {
+                Bsdf::Conductor { eta, k, reflectance: object.reflectance("specular_reflectance", 1.0)? }
+            }
+        }),
+        "roughconductor" => Surface::one_sided(rough_conductor(&object)?),
+        "plastic" => Surface::one_sided(plastic(&object)?),
+        "twosided" => two_sided(&object, depth)?,
+        other => {
+            let reason = format!("bsdf `{other}` is not supported; allowed: {KINDS}");
+            context.unsupported(element, &reason, "the picture has a diffuse grey 0.5 instead")?;
+            return Ok(Surface::DEFAULT);
+        }
+    };
+    object.own_note();
+    object.finish()?;
+    Ok(surface)
+}
+
+/// `eta` and `k`; none of a perfect mirror.
+fn metal(object: &Object) -> Result<Option<(Rgb, Rgb)>, SceneError> {
+    let has = |name: &str| object.element.children.iter().any(|child| child.attribute("name") == Some(name));
+    let given = object.string("material")?;
+    if has("eta") || has("k") {
+        if given.is_some() {
+            return Err(object.error("has `material` beside `eta` or `k`; allowed: either"));
+        }
+        let index = |name, default| object.color(name, default, &NON_NEGATIVE);
+        return Ok(Some((index("eta", Rgb::ZERO)?, index("k", Rgb::ONE)?)));
+    }
+    let Some(name) = given.filter(|name| !name.eq_ignore_ascii_case("none")) else { return Ok(None) };
+    if let Some(metal) = METALS.iter().find(|metal| metal.name == name) {
+        return Ok(Some((metal.eta, metal.k)));
+    }
+    let mut names: Vec<&str> = METALS.iter().map(|metal| metal.name).collect();
+    names.push("none");
+    let reason =
+        format!("{}: `material`: unknown name {}", object.element.label(), unknown_name(name, &names));
+    object.context.unsupported(
+        object.element,
+        &reason,
+        "the picture has a mirror without Fresnel's law instead",
+    )?;
+    Ok(None)
+}
+
+fn rough_conductor(object: &Object) -> Result<Bsdf, SceneError> {
+    let reflectance = object.reflectance("specular_reflectance", 1.0)?;
+    // As Mitsuba's `none`: all light is mirrored.
+    let (eta, k) = metal(object)?.unwrap_or((Rgb::ZERO, Rgb::ONE));
+    let interface = Interface::Conductor { eta, k, reflectance };
+    Ok(Bsdf::Rough(RoughSurface { facets: facets(object)?, interface }))
+}
+
+/// How the facets lie.
+fn facets(object: &Object) -> Result<Ggx, SceneError> {
+    let distribution = object.string("distribution")?.unwrap_or("beckmann");
+    if distribution != "ggx" {
+        let reason = format!(
+            "{}: distribution `{distribution}` is not supported; allowed: `ggx`",
+            object.element.label()
+        );
+        object.context.unsupported(
+            object.element,
+            &reason,
+            "the picture has `ggx` of the same `alpha` instead",
+        )?;
+    }
+    object.has_no_use_for(&["sample_visible"]);
+    let along = [object.optional_f64("alpha_u", &ROUGHNESS)?, object.optional_f64("alpha_v", &ROUGHNESS)?];
+    let alpha = match along {
+        [None, None] => object.f64("alpha", 0.1, &ROUGHNESS)?,
+        [Some(u), Some(v)] if u == v => u,
+        _ => {
+            return Err(object.error(
+                "other facets along `alpha_u` than along `alpha_v` are not supported; allowed: `alpha`",
+            ));
+        }
+    };
+    Ok(Ggx { alpha: alpha as f32 })
+}
+
+fn plastic(object: &Object) -> Result<Bsdf, SceneError> {
+    object.only_white("specular_reflectance")?;
+    let base = object.reflectance("diffuse_reflectance", 0.5)?;
+    let ior = ior::ratio(object, "polypropylene")?;
+    if !(COAT.holds)(f64::from(ior)) {
+        return Err(object.error(format!("`int_ior` over `ext_ior` is {ior}; allowed: {}", COAT.text)));
+    }
+    Ok(Bsdf::Plastic(Plastic::new(base, ior, object.boolean("nonlinear")?)))
+}
+
+fn two_sided(object: &Object, depth: usize) -> Result<Surface, SceneError> {
+    let inner = object.objects("bsdf")?;
+    let Some((front, others)) = inner.split_first() else {
+        return Err(object.error("wraps no bsdf; allowed: one"));
+    };
+    if let Some(second) = others.first() {
+        let reason = "bsdf `twosided` with another bsdf for the back is not supported";
+        object.context.unsupported(second, reason, "the picture has that of the front on both sides")?;
+    }
+    let surface = nested(front, object.context, depth + 1)?;
+    if surface.bsdf.transmits() {
+        return Err(object.error("wraps a bsdf that lets light through; allowed: an opaque one"));
+    }
+    Ok(Surface { one_sided: false, ..surface })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{fails, good};
+    use super::*;
+
+    fn surface(bsdf: &str) -> Bsdf {
+        good(bsdf, &[]).materials[0].bsdf
+    }
+
+    #[test]
+    fn kinds_become_surfaces() {
+        assert_eq!(surface("<bsdf type='diffuse'/>"), Bsdf::Diffuse { albedo: Rgb::splat(0.5) });
+        assert_eq!(
+            surface("<bsdf type='dielectric'/>"),
+            Bsdf::Dielectric { ior: (1.5046 / 1.000277) as f32 }
+        );
+        let named = "<bsdf type='dielectric'><string name='int_ior' value='Water'/><float name='ext_ior' value='1'/></bsdf>";
+        assert_eq!(surface(named), Bsdf::Dielectric { ior: 1.333 });
+        let rough = "<bsdf type='roughconductor'><string name='distribution' value='ggx'/><string name='material' value='Au'/></bsdf>";
+        let Bsdf::Rough(RoughSurface { facets, interface: Interface::Conductor { eta, .. } }) =
+            surface(rough)
+        else {
+            panic!()
+        };
+        assert_eq!((facets.alpha, eta), (0.1, METALS[2].eta));
+        assert_eq!(surface("<bsdf type='conductor'/>"), Bsdf::Mirror { reflectance: Rgb::ONE });
+        let plastic = "<bsdf type='plastic'><float name='ext_ior' value='1'/><boolean name='nonlinear' value='true'/></bsdf>";
+        assert_eq!(surface(plastic), Bsdf::Plastic(Plastic::new(Rgb::splat(0.5), 1.49, true)));
+        let pane = "<bsdf type='thindielectric'><string name='ext_ior' value='vacuum'/></bsdf>";
+        assert_eq!(surface(pane), Bsdf::ThinDielectric { ior: 1.5046 });
+        let mirror = "<bsdf type='twosided'><bsdf type='conductor'><string name='material' value='none'/></bsdf></bsdf>";
+        assert_eq!(surface(mirror), Bsdf::Mirror { reflectance: Rgb::ONE });
+    }
+
+    #[test]
+    fn references_reach_any_bsdf() {
+        let text = "<bsdf type='twosided' id='b'><ref id='a'/></bsdf><bsdf type='diffuse' id='a'><float name='reflectance' value='0.25'/></bsdf>";
+        let materials = good(text, &[]).materials;
+        assert_eq!((materials[0].name.as_str(), materials[0].bsdf), ("b", materials[1].bsdf));
+        assert_eq!(materials[0].bsdf, Bsdf::Diffuse { albedo: Rgb::splat(0.25) });
+    }
+
+    #[test]
+    fn what_has_no_counterpart_is_refused_by_name() {
+        for (bsdf, words) in [
+            ("<bsdf type='hair'/>", "bsdf `hair` is not supported; allowed: `diffuse`"),
+            ("<bsdf/>", "<bsdf> has no attribute `type`"),
+            (
+                "<bsdf type='diffuse'><float name='roughness' value='1'/></bsdf>",
+                "bsdf `diffuse`: <float> `roughness` is not supported",
+            ),
+            (
+                "<bsdf type='diffuse'><float name='reflectance' value='2'/></bsdf>",
+                "`reflectance` is 2; allowed: a number from 0 to 1",
+            ),
+            (
+                "<bsdf type='dielectric'><string name='int_ior' value='glas'/></bsdf>",
+                "`int_ior`: unknown name `glas`;",
+            ),
+            (
+                "<bsdf type='dielectric'><float name='int_ior' value='0'/></bsdf>",
+                "`int_ior` is a <float> of value `0`; allowed: <float>, a finite number above 0",
+            ),
+            (
+                "<bsdf type='dielectric'><float name='specular_reflectance' value='0.5'/></bsdf>",
+                "`specular_reflectance` other than 1",
+            ),
+            ("<bsdf type='roughconductor'/>", "distribution `beckmann` is not supported; allowed: `ggx`"),
+            (
+                "<bsdf type='roughdielectric'><string name='distribution' value='ggx'/><float name='alpha' value='2'/></bsdf>",
+                "a number from 0.001 to 1",
+            ),
+            (
+                "<bsdf type='conductor'><string name='material' value='Ir'/></bsdf>",
+                "`material`: unknown name `Ir`;",
+            ),
+            (
+                "<bsdf type='conductor'><string name='material' value='Au'/><float name='k' value='1'/></bsdf>",
+                "allowed: either",
+            ),
+            (
+                "<bsdf type='plastic'><float name='ext_ior' value='2'/></bsdf>",
+                "`int_ior` over `ext_ior` is 0.745; allowed: a number from 1 to 10",
+            ),
+            ("<bsdf type='twosided'/>", "wraps no bsdf"),
+            (
+                "<bsdf type='twosided'><bsdf type='dielectric'/></bsdf>",
+                "wraps a bsdf that lets light through",
+            ),
+            ("<bsdf type='twosided' id='a'><ref id='a'/></bsdf>", "nested deeper than 8"),
+            ("<bsdf type='twosided' id='a'><ref id='b'/></bsdf>", "ref: unknown id `b`; did you mean `a`?"),
+            ("<bsdf type='diffuse' id='a'/><bsdf type='diffuse' id='a'/>", "id `a` is that of line 7, too"),
+        ] {
+            fails(bsdf, 7, words);
+        }
+    }
+}
