@@ -168,7 +168,7 @@ fn unsound_files_are_refused() {
         ("/accessors/2/componentType", json!(5126), "accessor 2 holds no indices"),
         ("/accessors/0/type", json!("VEC2"), "accessor 0 holds no vectors of three floats"),
         ("/bufferViews/0/byteOffset", json!(u64::MAX), ""),
-        ("/bufferViews/2/byteOffset", json!(40), "vertex index"),
+        ("/bufferViews/2/byteOffset", json!(44), "vertex index"),
         ("/buffers/0/uri", json!("no.bin"), "buffer 0: `no.bin` cannot be read"),
         ("/buffers/0/uri", json!("data:text/plain,abc"), "buffer 0: its data are not base64"),
         ("/buffers/0/uri", json!("https://x/y.bin"), "buffer 0: lies in a network"),
