@@ -116,6 +116,21 @@ SCENES = {
         + body(1.2, 0, two_sided("diffuse")),
         "path", 128, "path", 512,
     ),
+    "pictures": (
+        PINHOLE,
+        POINT
+        + "".join(
+            f"""<shape type="{kind}">{file}<transform name="to_world"><scale value="0.9"/><translate x="{x}" y="1.2" z="0.5"/></transform>
+<bsdf type="twosided"><bsdf type="diffuse"><texture name="reflectance" type="bitmap"><string name="filename" value="tile.exr"/>
+<boolean name="raw" value="true"/></texture></bsdf></bsdf></shape>"""
+            for kind, file, x in (
+                ("rectangle", "", -2),
+                ("obj", '<string name="filename" value="tile.obj"/>', 0),
+                ("ply", '<string name="filename" value="tile.ply"/>', 2),
+            )
+        ),
+        "path", 64, "path", 256,
+    ),
     "caustic": (PINHOLE, POINT + body(0.3, 0.3, bsdf("dielectric")), "ptracer", 256, "light", 1024),
 }
 
@@ -131,6 +146,21 @@ def write_meshes(folder):
     )
     values = [" ".join(map(str, point)) for point in ROOF] + [f"3 {' '.join(map(str, face))}" for face in halves]
     (folder / "roof.ply").write_text(header + "\n".join(values) + "\n")
+
+
+def write_tile(mi, numpy, folder):
+    """A square with texture coordinates, and a picture of eight by eight colours."""
+    corners = [(-1, -1), (1, -1), (1, 1), (-1, 1)]
+    uvs = [(0, 0), (1, 0), (1, 1), (0, 1)]
+    lines = [f"v {x} {y} 0" for x, y in corners] + [f"vt {u} {v}" for u, v in uvs]
+    (folder / "tile.obj").write_text("\n".join(lines + ["f 1/1 2/2 3/3", "f 1/1 3/3 4/4"]) + "\n")
+    properties = "".join(f"property float {name}\n" for name in "xyzuv")
+    values = [f"{x} {y} 0 {u} {v}" for (x, y), (u, v) in zip(corners, uvs)]
+    (folder / "tile.ply").write_text(
+        f"ply\nformat ascii 1.0\nelement vertex 4\n{properties}element face 2\nproperty list uchar int vertex_indices\n"
+        "end_header\n" + "\n".join(values + ["3 0 1 2", "3 0 2 3"]) + "\n"
+    )
+    write(mi, numpy.random.default_rng(1).uniform(0.1, 0.9, (8, 8, 3)), str(folder / "tile.exr"))
 
 
 def write_sky(mi, numpy, folder):
@@ -206,6 +236,7 @@ def main():
     mi.set_log_level(mi.LogLevel.Error)
     write_meshes(folder)
     write_sky(mi, numpy, folder)
+    write_tile(mi, numpy, folder)
     return 0 if all([check(program, folder, name, mi, numpy) for name in names]) else 1
 
 

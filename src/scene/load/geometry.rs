@@ -1,5 +1,6 @@
 //! From the contents of a mesh file to a mesh in its place.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::super::{Mesh, SceneError};
@@ -121,7 +122,7 @@ impl Placement<'_> {
         warnings: &mut Vec<String>,
     ) -> Result<Option<Vec<Vec3>>, SceneError> {
         match (self.normals, from_file) {
-            (Normals::Smooth, _) | (Normals::FileOrSmooth, None) => Ok(Some(mesh.smooth_normals())),
+            (Normals::Smooth, _) | (Normals::FileOrSmooth, None) => Ok(Some(smooth_normals(mesh))),
             (Normals::Flat, _) | (Normals::FileOrFlat, None) => Ok(None),
             (_, Some(normals)) => Ok(Some(self.repaired(mesh, &normals, warnings))),
             (Normals::File, None) => {
@@ -146,8 +147,29 @@ impl Placement<'_> {
             "missing or zero vertex normals replaced by those of the faces around",
             warnings,
         );
-        turned.into_iter().zip(mesh.smooth_normals()).map(|(n, smooth)| n.unwrap_or(smooth)).collect()
+        turned.into_iter().zip(smooth_normals(mesh)).map(|(n, smooth)| n.unwrap_or(smooth)).collect()
     }
+}
+
+/// Smooth normals, also where texture coordinates part the vertices of one place.
+fn smooth_normals(mesh: &Mesh) -> Vec<Vec3> {
+    if mesh.uvs.is_none() {
+        return mesh.smooth_normals();
+    }
+    let mut places = BTreeMap::new();
+    let mut vertices = Vec::new();
+    let mut place = |p: &Vec3| {
+        *places.entry((*p + Vec3::ZERO).to_array().map(f32::to_bits)).or_insert_with(|| {
+            vertices.push(*p);
+            vertices.len() as u32 - 1
+        })
+    };
+    let of_vertex: Vec<u32> = mesh.vertices.iter().map(&mut place).collect();
+    let triangles = mesh.triangles.iter().map(|t| t.map(|vertex| of_vertex[vertex as usize])).collect();
+    let joined =
+        Mesh { name: String::new(), vertices, normals: None, uvs: None, triangles, materials: Vec::new() };
+    let normals = joined.smooth_normals();
+    of_vertex.into_iter().map(|place| normals[place as usize]).collect()
 }
 
 /// Whether Embree traces a vertex there.

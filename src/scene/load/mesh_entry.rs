@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use super::super::{Material, Mesh, SceneError};
+use super::super::{Material, Mesh, SceneError, Textures};
 use super::access::{Denial, Reader};
 use super::fields::{Field, Fields, Names};
 use super::geometry::{Normals, Placement};
@@ -60,11 +60,16 @@ fn normals(table: &Fields) -> Result<Normals, SceneError> {
 
 impl Entry<'_> {
     fn mesh(&self, file: &Field, found: &mut Found) -> Result<Mesh, SceneError> {
-        let keep_normals = matches!(self.normals, Normals::File | Normals::FileOrFlat);
+        let keep = obj::Keep {
+            normals: matches!(self.normals, Normals::File | Normals::FileOrFlat),
+            uvs: self
+                .material
+                .is_some_and(|material| found.materials[material as usize].textures != Textures::NONE),
+        };
         let is_ply = is_ply(&self.path);
         let obj = match is_ply {
             true => Obj::of(ply::parse(&self.path, &self.bytes(file)?)?),
-            false => obj::parse(&self.path, self.bytes(file)?, keep_normals)?,
+            false => obj::parse(&self.path, self.bytes(file)?, keep)?,
         };
         let n_triangles = obj.geometry.triangles.len();
         found.triangles += n_triangles as u64;

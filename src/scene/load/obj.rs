@@ -5,14 +5,14 @@ mod join;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use self::join::{Corner, Joined};
+use self::join::{Corner, Joined, Values};
 use super::super::SceneError;
 use super::fields::{COORDINATE, shortened};
 use super::geometry::Geometry;
 use super::polygon::{MAX_CONCAVE, triangulate};
 use super::source::file_error;
 use super::statements::{decode, keyword, statements};
-use crate::math::Vec3;
+use crate::math::{Vec2, Vec3};
 
 /// What an OBJ file holds, cut into triangles.
 #[derive(Debug)]
@@ -33,13 +33,21 @@ impl Obj {
     }
 }
 
-/// Reads the bytes of an OBJ file. Without `keep_normals`, corners that share a position share a vertex.
+/// What of a corner is kept beside its position.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Keep {
+    pub normals: bool,
+    /// Texture coordinates.
+    pub uvs: bool,
+}
+
+/// Reads the bytes of an OBJ file. Corners that differ in nothing that is kept share a vertex.
 ///
 /// # Errors
 /// The table in the documentation of [`crate::scene`] tells what is refused.
-pub(super) fn parse(path: &Path, bytes: Vec<u8>, keep_normals: bool) -> Result<Obj, SceneError> {
+pub(super) fn parse(path: &Path, bytes: Vec<u8>, keep: Keep) -> Result<Obj, SceneError> {
     let text = decode(path, bytes)?;
-    let mut scan = Scan::new(path, keep_normals);
+    let mut scan = Scan::new(path, keep);
     for (line, statement) in statements(&text) {
         scan.line = line;
         scan.statement(&statement)?;
@@ -69,10 +77,14 @@ struct Face {
     material: Option<u32>,
 }
 
+/// Triangles and the material of each.
+type Triangles = (Vec<[u32; 3]>, Vec<Option<u32>>);
+
 struct Scan<'a> {
     path: &'a Path,
     line: usize,
-    keep_normals: bool,
+    keep: Keep,
+    uvs: Vec<Vec2>,
     positions: Vec<Vec3>,
     normals: Vec<Vec3>,
     counts: [usize; 3],
@@ -90,11 +102,12 @@ struct Scan<'a> {
 }
 
 impl<'a> Scan<'a> {
-    fn new(path: &'a Path, keep_normals: bool) -> Scan<'a> {
+    fn new(path: &'a Path, keep: Keep) -> Scan<'a> {
         Scan {
             path,
             line: 0,
-            keep_normals,
+            keep,
+            uvs: Vec::new(),
             positions: Vec::new(),
             normals: Vec::new(),
             counts: [0; 3],
@@ -117,7 +130,7 @@ impl<'a> Scan<'a> {
         let (word, rest) = keyword(statement);
         match word {
             "v" => self.vertex(rest)?,
-            "vt" => self.counts[TEXTURE] += 1,
+            "vt" => self.uv(rest)?,
             "vn" => self.normal(rest)?,
             "f" => self.face(rest)?,
             "p" | "l" => self.ignored += 1,
@@ -177,8 +190,18 @@ impl<'a> Scan<'a> {
             return Err(self.error(format!("normal of {n} numbers; allowed: 3")));
         }
         self.counts[NORMAL] += 1;
-        if self.keep_normals {
+        if self.keep.normals {
             self.normals.push(Vec3::from_array(normal));
+        }
+        Ok(())
+    }
+
+    /// Of one number or more; what is not kept may be anything.
+    fn uv(&mut self, rest: &str) -> Result<(), SceneError> {
+        self.counts[TEXTURE] += 1;
+        if self.keep.uvs {
+            let ([u, v], _) = self.numbers(rest, "texture coordinate")?;
+            self.uvs.push(Vec2::new(u, v));
         }
         Ok(())
     }
@@ -208,7 +231,7 @@ impl<'a> Scan<'a> {
         Ok(())
     }
 
-    /// The numbers from 1 of a corner's position and normal; 0 for no normal.
+    /// The numbers from 1 of what a corner has; 0 for nothing.
     fn corner(&mut self, word: &str) -> Result<Corner, SceneError> {
         let mut numbers = [0; 3];
         for (kind, part) in word.split('/').enumerate() {
@@ -220,7 +243,12 @@ impl<'a> Scan<'a> {
                 numbers[kind] = self.index(kind, part)?;
             }
         }
-        Ok(Corner { position: numbers[VERTEX], normal: if self.keep_normals { numbers[NORMAL] } else { 0 } })
+        let kept = |keep: bool, number: u32| if keep { number } else { 0 };
+        Ok(Corner {
+            position: numbers[VERTEX],
+            normal: kept(self.keep.normals, numbers[NORMAL]),
+            uv: kept(self.keep.uvs, numbers[TEXTURE]),
+        })
     }
 
     /// An index as a number from 1; negative ones count back from the latest.
@@ -262,12 +290,13 @@ impl<'a> Scan<'a> {
     }
 
     fn finish(self) -> Result<Obj, SceneError> {
-        let Joined { vertices, normals, indices } = Joined::of(&self.corners, &self.positions, &self.normals);
+        let values = Values { positions: &self.positions, normals: &self.normals, uvs: &self.uvs };
+        let Joined { vertices, normals, uvs, indices } = Joined::of(&self.corners, &values);
         let (triangles, materials) = self.triangles(&indices, &vertices)?;
         let mut names: Vec<(String, u32)> = self.material_names.into_iter().collect();
         names.sort_by_key(|(_, index)| *index);
         Ok(Obj {
-            geometry: Geometry { vertices, normals, uvs: None, triangles, ignored: self.ignored },
+            geometry: Geometry { vertices, normals, uvs, triangles, ignored: self.ignored },
             materials,
             material_names: names.into_iter().map(|(name, _)| name).collect(),
             libraries: self.libraries,
@@ -275,11 +304,7 @@ impl<'a> Scan<'a> {
     }
 
     /// The triangles of all faces and their materials.
-    fn triangles(
-        &self,
-        indices: &[u32],
-        vertices: &[Vec3],
-    ) -> Result<(Vec<[u32; 3]>, Vec<Option<u32>>), SceneError> {
+    fn triangles(&self, indices: &[u32], vertices: &[Vec3]) -> Result<Triangles, SceneError> {
         let mut rest = indices;
         let mut triangles = Vec::with_capacity(self.faces.len());
         let mut materials = Vec::with_capacity(self.faces.len());
@@ -319,7 +344,7 @@ mod tests {
     const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
 
     fn read(text: &str) -> Result<Obj, SceneError> {
-        parse(Path::new("m.obj"), text.as_bytes().to_vec(), true)
+        parse(Path::new("m.obj"), text.as_bytes().to_vec(), Keep { normals: true, uvs: false })
     }
 
     fn faces(statements: &str) -> Obj {
@@ -358,9 +383,23 @@ mod tests {
     #[test]
     fn unused_normals_leave_vertices_shared() {
         let text = format!("{SQUARE}vn 0 0 1\nvn 0 1 0\nf 1//1 2//1 3//1\nf 1//2 3//2 4//2");
-        let shared = parse(Path::new("m.obj"), text.clone().into_bytes(), false).unwrap();
+        let shared =
+            parse(Path::new("m.obj"), text.clone().into_bytes(), Keep { normals: false, uvs: false })
+                .unwrap();
         assert_eq!((shared.geometry.vertices.len(), shared.geometry.normals), (4, None));
         assert_eq!(read(&text).unwrap().geometry.vertices.len(), 6);
+    }
+
+    #[test]
+    fn texture_coordinates_split_vertices_where_they_are_kept() {
+        let text = format!("{SQUARE}vt 0.5\nvt 0 1 7\nf 1/1 2/2 3/1\nf 1/2 3/1 4");
+        let kept =
+            parse(Path::new("m.obj"), text.clone().into_bytes(), Keep { normals: true, uvs: true }).unwrap();
+        assert_eq!(kept.geometry.triangles, [[0, 1, 2], [3, 2, 4]]);
+        let [half, one] = [Vec2::new(0.5, 0.0), Vec2::Y];
+        assert_eq!(kept.geometry.uvs, Some(vec![half, one, half, one, Vec2::ZERO]));
+        let shared = read(&text).unwrap().geometry;
+        assert_eq!((shared.vertices.len(), shared.uvs), (4, None));
     }
 
     #[test]
@@ -411,7 +450,7 @@ mod tests {
                 let corner = |(v, n): &(u32, u32)| format!(" {v}//{}", if keep_normals { n + 1 } else { 1 });
                 text += &format!("f{}\n", face.iter().map(corner).collect::<String>());
             }
-            let ours = parse(Path::new("m.obj"), text.clone().into_bytes(), keep_normals).unwrap().geometry;
+            let ours = parse(Path::new("m.obj"), text.clone().into_bytes(), Keep { normals: keep_normals, uvs: false }).unwrap().geometry;
             let options = tobj::LoadOptions { single_index: true, ..Default::default() };
             let theirs = tobj::load_obj_buf(&mut text.as_bytes(), &options, |_| Err(tobj::LoadError::OpenFileFailed)).unwrap().0;
             let theirs = &theirs[0].mesh;

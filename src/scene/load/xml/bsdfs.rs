@@ -1,6 +1,6 @@
 //! `<bsdf>`: which of the core's surfaces each kind is.
 
-use super::super::super::SceneError;
+use super::super::super::{SceneError, Textures};
 use super::super::fields::{NON_NEGATIVE, unknown_name};
 use super::super::material::{COAT, ROUGHNESS};
 use super::element::Element;
@@ -15,23 +15,28 @@ const DEEPEST: usize = 8;
 const KINDS: &str = "`diffuse`, `dielectric`, `thindielectric`, `roughdielectric`, `conductor`, `roughconductor`, `plastic`, `twosided`";
 
 /// How a surface scatters.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Surface {
     pub bsdf: Bsdf,
+    pub textures: Textures,
     /// Whether Mitsuba shows it black from behind: here no surface is.
     pub one_sided: bool,
 }
 
 impl Surface {
     /// That of shapes without a bsdf.
-    pub const DEFAULT: Surface = Surface { bsdf: Bsdf::Diffuse { albedo: Rgb::splat(0.5) }, one_sided: true };
+    pub const DEFAULT: Surface = Surface {
+        textures: Textures::NONE,
+        bsdf: Bsdf::Diffuse { albedo: Rgb::splat(0.5) },
+        one_sided: true,
+    };
 
     fn one_sided(bsdf: Bsdf) -> Surface {
-        Surface { bsdf, one_sided: true }
+        Surface { bsdf, textures: Textures::NONE, one_sided: true }
     }
 
     fn both_sides(bsdf: Bsdf) -> Surface {
-        Surface { bsdf, one_sided: false }
+        Surface { bsdf, textures: Textures::NONE, one_sided: false }
     }
 }
 
@@ -81,7 +86,8 @@ fn nested<'a>(element: &'a Element, context: &'a Context<'a>, depth: usize) -> R
     };
     object.own_note();
     object.finish()?;
-    Ok(surface)
+    let textures = if surface.textures == Textures::NONE { object.textures() } else { surface.textures };
+    Ok(Surface { textures, ..surface })
 }
 
 /// `eta` and `k`; none of a perfect mirror.

@@ -38,7 +38,10 @@ impl Materials {
     }
 
     fn add(&mut self, number: usize, name: String, surface: Surface, line: usize) {
-        let first = self.push(Material::plain(name, surface.bsdf, Rgb::ZERO), line as u32);
+        let first = self.push(
+            Material { textures: surface.textures.clone(), ..Material::plain(name, surface.bsdf, Rgb::ZERO) },
+            line as u32,
+        );
         self.known.insert(number, Known { surface, emitting: Vec::new(), first });
     }
 
@@ -63,7 +66,7 @@ impl Materials {
             }
         }
         let Some(known) = self.known.get_mut(&number) else { return Ok((0, Surface::DEFAULT)) };
-        let surface = known.surface;
+        let surface = known.surface.clone();
         if let Some((_, material)) = known.emitting.iter().find(|(radiance, _)| *radiance == emission) {
             return Ok((*material, surface));
         }

@@ -14,6 +14,7 @@ mod spectra;
 mod tessellate;
 #[cfg(test)]
 mod testing;
+mod textures;
 mod transform;
 
 use std::path::Path;

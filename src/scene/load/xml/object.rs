@@ -2,14 +2,16 @@
 
 use std::cell::{Cell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
-use super::super::super::SceneError;
+use super::super::super::{SceneError, Textures};
 use super::super::access::Reader;
 use super::super::affine::Affine;
 use super::super::fields::{Allowed, unknown_name};
 use super::element::Element;
 use super::transform;
-use crate::math::{DVec3, Vec3};
+use crate::math::{DVec3, Rgb, Vec3};
+use crate::texture::Texture;
 
 /// The tags of objects; all others are properties.
 const OBJECTS: [&str; 13] = [
@@ -111,6 +113,8 @@ pub(super) struct Object<'a> {
     pub element: &'a Element,
     pub context: &'a Context<'a>,
     used: Vec<Cell<bool>>,
+    /// Pictures that properties had.
+    textures: RefCell<Textures>,
 }
 
 impl<'a> Object<'a> {
@@ -126,7 +130,12 @@ impl<'a> Object<'a> {
                 twice[0]
             )));
         }
-        Ok(Object { element, context, used: vec![Cell::new(false); element.children.len()] })
+        Ok(Object {
+            element,
+            context,
+            used: vec![Cell::new(false); element.children.len()],
+            textures: RefCell::default(),
+        })
     }
 
     /// The kind of object: its attribute `type`.
@@ -181,6 +190,18 @@ impl<'a> Object<'a> {
         for name in names.iter().filter(|name| self.take(name).is_some()) {
             self.context.has_no_use(format!("{} `{name}`", self.element.tag));
         }
+    }
+
+    /// The pictures that were met so far.
+    pub fn textures(&self) -> Textures {
+        self.textures.borrow().clone()
+    }
+
+    /// Notes the picture in the place of the object's colour, and gives its largest value.
+    pub fn color_picture(&self, texture: Texture) -> Rgb {
+        let largest = texture.max();
+        self.textures.borrow_mut().color = Some(Arc::new(texture));
+        largest
     }
 
     /// Refuses the first child that no one asked for.

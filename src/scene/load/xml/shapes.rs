@@ -1,6 +1,6 @@
 //! `<shape>`: mesh files, and meshes and spheres by formula.
 
-use super::super::super::{Mesh, SceneError, SphereDesc};
+use super::super::super::{Mesh, SceneError, SphereDesc, Textures};
 use super::super::access::Denial;
 use super::super::fields::{COORDINATE, POSITIVE};
 use super::super::geometry::{Geometry, Normals, Placement};
@@ -13,7 +13,7 @@ use super::object::{Context, Object};
 use super::tessellate;
 use crate::bsdf::Bsdf;
 use crate::input;
-use crate::math::{DVec3, Rgb, Vec3};
+use crate::math::{DVec3, Rgb, Vec2, Vec3};
 
 const KINDS: &str = "`obj`, `ply`, `rectangle`, `cube`, `sphere`, `disk`, `cylinder`";
 
@@ -34,6 +34,18 @@ struct Look {
     material: u32,
     surface: Surface,
     emission: Rgb,
+}
+
+impl Look {
+    /// Mitsuba's pictures have their first row at `v = 0`, but on OBJ files; here it is at `v = 1`. Without pictures, coordinates
+    /// stay as they are, bit by bit.
+    fn upright(&self, geometry: Geometry) -> Geometry {
+        if self.surface.textures == Textures::NONE {
+            return geometry;
+        }
+        let uvs = geometry.uvs.map(|uvs| uvs.into_iter().map(|uv| Vec2::new(uv.x, 1.0 - uv.y)).collect());
+        Geometry { uvs, ..geometry }
+    }
 }
 
 impl Shapes {
@@ -99,15 +111,22 @@ impl Shapes {
         let bytes = object.context.reader.read(&path, expected).map_err(denied)?;
         let flat = object.boolean("face_normals")?;
         let geometry = match kind {
-            "obj" => obj::parse(&path, bytes, !flat)?.geometry,
-            _ => ply::parse(&path, &bytes)?,
+            "obj" => {
+                obj::parse(
+                    &path,
+                    bytes,
+                    obj::Keep { normals: !flat, uvs: look.surface.textures != Textures::NONE },
+                )?
+                .geometry
+            }
+            _ => look.upright(ply::parse(&path, &bytes)?),
         };
         self.place(object, look, geometry, name, if flat { Normals::Flat } else { Normals::FileOrSmooth })
     }
 
     fn formula(&mut self, object: &Object, kind: &str, look: &Look) -> Result<(), SceneError> {
         let geometry = match kind {
-            "rectangle" => tessellate::rectangle(),
+            "rectangle" => look.upright(tessellate::rectangle()),
             "cube" => tessellate::cube(),
             "disk" => tessellate::disk(),
             _ => cylinder(object)?,
