@@ -134,11 +134,11 @@ fn the_cornell_scenes_hold_their_numbers() {
 #[test]
 fn every_scene_of_the_project_is_read() {
     let folder = common::data("course_water.toml").parent().unwrap().to_path_buf();
-    let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let files = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     let scenes: Vec<_> = files.filter(|path| path.extension().is_some_and(|e| e == "toml")).collect();
     assert!(scenes.len() >= 14, "{scenes:?}");
     for path in scenes {
-        let scene = caustica::scene::load(&path).unwrap_or_else(|error| panic!("{error}"));
+        let scene = load(&path).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(scene.warnings, Vec::<String>::new(), "{}", path.display());
     }
 }

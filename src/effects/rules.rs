@@ -223,7 +223,9 @@ pub(super) fn retracing(facts: &Facts) -> Verdict {
 pub(super) fn caustics_on_rough_surfaces(facts: &Facts) -> Option<String> {
     let (rough, points) = (facts.rough.as_ref().ok()?, facts.points.as_ref().ok()?);
     facts.caster.as_ref().ok()?;
-    Some(format!("photons are gathered on diffuse surfaces alone: {rough} shows none of the light of {points} that was mirrored or refracted before"))
+    Some(format!(
+        "photons are gathered on diffuse surfaces alone: {rough} shows none of the light of {points} that was mirrored or refracted before"
+    ))
 }
 
 /// Lights that are left out.
@@ -319,7 +321,7 @@ mod tests {
             assert!(decision(&plan, "caustics").1.starts_with("sphere 1 of `"), "{plan}");
         }
         let mut black = room();
-        black.materials[MIRROR as usize].bsdf = crate::bsdf::Bsdf::Mirror { reflectance: Rgb::ZERO };
+        black.materials[MIRROR as usize].bsdf = Bsdf::Mirror { reflectance: Rgb::ZERO };
         black.spheres.push(ball(CORNER, 0.2, MIRROR));
         assert!(!decision(&plan(&black), "caustics").0, "a mirror that reflects nothing");
     }
@@ -553,7 +555,7 @@ mod tests {
             LightDesc::Distant { direction: Vec3::NEG_Y, irradiance: Rgb::ZERO },
         ];
         let closed = plan(&desc);
-        assert!(!closed.photons && closed.classes == PathClasses::default(), "{closed}");
+        assert!(!closed.photons && closed.classes.iter().next().is_none(), "{closed}");
         assert_eq!(closed.dropped_lights.len(), 3, "{closed}");
         desc.meshes[0] = without_triangle(desc.meshes[0].clone(), 0);
         let open = plan(&desc);
