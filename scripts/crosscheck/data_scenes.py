@@ -1,0 +1,75 @@
+#!/usr/bin/env python3
+"""Has Mitsuba 3 and the program path trace the scenes of data/, written as XML by the program, and compares means of blocks.
+
+usage: data_scenes.py PROGRAM FOLDER [NAME..]
+
+Neither path tracer finds light of points, spots and suns that glass or water focuses, so both lack it alike. Scenes that Mitsuba has
+no words for, such as those with the course's fixed weights, are skipped, visibly. Without Mitsuba all is skipped.
+"""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+from scenes import ROOT, SHARE, TOLERANCE, compare, mitsuba_render, run
+
+# Pixels and samples are few: blocks of 16 pixels a side are compared.
+LONGEST = 112
+SAMPLES = {"mitsuba": 48, "program": 768}
+
+
+def smaller(xml):
+    """The same scene in few pixels with a box filter."""
+    text = xml.read_text()
+    width, height = (int(re.search(rf'name="{side}" value="(\d+)"', text)[1]) for side in ("width", "height"))
+    scale = LONGEST / max(width, height)
+    for side, pixels in (("width", width), ("height", height)):
+        text = re.sub(rf'name="{side}" value="\d+"', f'name="{side}" value="{round(scale * pixels)}"', text)
+    xml.write_text(re.sub(r'<rfilter[^>]*type="\w+"[^>]*?(/>|>.*?</rfilter>)', '<rfilter type="box"/>', text, flags=re.S))
+
+
+def convert(program, scene, xml):
+    """Why the scene cannot be written, or nothing."""
+    done = subprocess.run([program, "convert", scene, xml], capture_output=True, text=True, check=False)
+    return done.stderr.strip().splitlines()[-1] if done.returncode else None
+
+
+def check(program, folder, name, mi, numpy):
+    xml = folder / f"data_{name}.xml"
+    missing = convert(program, ROOT / "data" / f"{name}.toml", xml)
+    if missing:
+        print(f"{name:14}  skipped: {missing}")
+        return True
+    smaller(xml)
+    theirs, ours = (folder / f"data_{name}_{what}" for what in ("mitsuba", "program"))
+    mitsuba_render(mi, numpy, xml, "path", SAMPLES["mitsuba"], theirs)
+    run(program, "reference", xml, "--spp", SAMPLES["program"], "-o", f"{ours}.exr")
+    errors = ("--stderr", f"{ours}_stderr.exr", "--reference-stderr", f"{theirs}_stderr.exr")
+    found = compare(program, f"{ours}.exr", f"{theirs}.exr", *errors)
+    share = found["blocks"]["n_within"] / found["blocks"]["n_blocks"]
+    good = share >= SHARE
+    print(
+        f"{name:14}  {share:.1%} of the blocks within {TOLERANCE:.0%} + 3 standard errors, z {found['z']['rms']:.2f}, "
+        f"mean off by {abs(found['mean_ratio_overall'] - 1):.2%}  {'ok' if good else 'WRONG'}",
+        flush=True,
+    )
+    return good
+
+
+def main():
+    program, folder = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve()
+    names = sys.argv[3:] or sorted(scene.stem for scene in (ROOT / "data").glob("*.toml"))
+    try:
+        import mitsuba as mi
+        import numpy
+    except ImportError as error:
+        print(f"skipped: scenes of data/ by Mitsuba: {error}")
+        return 0
+    mi.set_variant("scalar_rgb")
+    mi.set_log_level(mi.LogLevel.Error)
+    return 0 if all([check(program, folder, name, mi, numpy) for name in names]) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
