@@ -112,9 +112,10 @@ SCENES = {
     "balls": (
         PINHOLE,
         """<emitter type="constant"><rgb name="radiance" value="0.2,0.25,0.3"/></emitter>"""
-        + body(-1.2, 0, '<emitter type="area"><rgb name="radiance" value="5,4,3"/></emitter>')
+        + """<shape type="sphere"><point name="center" x="-0.5" y="3.2" z="1"/><float name="radius" value="0.5"/>
+<emitter type="area"><rgb name="radiance" value="9,8,6"/></emitter></shape>"""
         + body(1.2, 0, two_sided("diffuse")),
-        "path", 128, "path", 512,
+        "path", 128, "path", 2048,
     ),
     "pictures": (
         PINHOLE,
@@ -164,11 +165,11 @@ def write_tile(mi, numpy, folder):
 
 
 def write_sky(mi, numpy, folder):
-    """Blue above, brown below, and a sun to the right of the middle."""
-    pixels = numpy.zeros((32, 64, 3))
-    pixels[:16], pixels[16:] = (0.3, 0.4, 0.7), (0.2, 0.15, 0.1)
-    pixels[8:11, 40:43] = (40, 35, 30)
-    write(mi, pixels, str(folder / "sky.exr"))
+    """Blue above, brown below, and a soft sun to the right of the middle; fine, since Mitsuba's pixels lie half of one aside."""
+    y, x = numpy.mgrid[0:512, 0:1024] / 512.0
+    horizon = 1 / (1 + numpy.exp(20 * (y - 0.5)))[..., None]
+    sun = 12 * numpy.exp(-((x - 1.3) ** 2 + (y - 0.3) ** 2) / 0.02)[..., None]
+    write(mi, horizon * (0.3, 0.4, 0.7) + (1 - horizon) * (0.2, 0.15, 0.1) + sun * (1, 0.9, 0.7), str(folder / "sky.exr"))
 
 
 def mitsuba_render(mi, numpy, xml, integrator, spp, stem):

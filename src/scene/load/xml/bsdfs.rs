@@ -31,6 +31,11 @@ impl Surface {
         one_sided: true,
     };
 
+    /// That of shapes without a bsdf that shine.
+    pub fn black() -> Surface {
+        Surface::one_sided(Bsdf::Diffuse { albedo: Rgb::ZERO })
+    }
+
     fn one_sided(bsdf: Bsdf) -> Surface {
         Surface { bsdf, textures: Textures::NONE, one_sided: true }
     }

@@ -203,6 +203,14 @@ mod tests {
     }
 
     #[test]
+    fn what_shines_reflects_nothing_unless_it_says_so() {
+        let materials =
+            good("<shape type='cube'><emitter type='area'/></shape><shape type='cube'/>", &[]).materials;
+        let albedos: Vec<f32> = materials.iter().map(|material| material.bsdf.albedo(1.0).x).collect();
+        assert_eq!(albedos, [0.0, 0.5]);
+    }
+
+    #[test]
     fn what_has_no_counterpart_is_refused_by_name() {
         for (text, words) in [
             ("<emitter type='sunsky'/>", "emitter `sunsky` is not supported; allowed: `point`, `spot`"),

@@ -8,6 +8,9 @@ use super::element::Element;
 use super::object::Context;
 use crate::math::Rgb;
 
+/// The number of the bsdf of shapes that shine and have none.
+const BLACK: usize = usize::MAX;
+
 /// In the order of the file: top-level bsdfs, then what shapes bring along.
 #[derive(Default)]
 pub(super) struct Materials {
@@ -58,11 +61,14 @@ impl Materials {
         emission: Rgb,
         context: &'a Context<'a>,
     ) -> Result<(u32, Surface), SceneError> {
-        let number = bsdf.map_or(0, |bsdf| bsdf.number);
+        // As Mitsuba has it, what shines reflects nothing unless it says so.
+        let is_black = bsdf.is_none() && emission != Rgb::ZERO;
+        let number = bsdf.map_or(if is_black { BLACK } else { 0 }, |bsdf| bsdf.number);
         if !self.known.contains_key(&number) {
             match bsdf {
                 Some(bsdf) => self.declare(bsdf, context)?,
-                None => self.add(0, String::from("(none)"), Surface::DEFAULT, 0),
+                None if is_black => self.add(number, String::from("(black)"), Surface::black(), 0),
+                None => self.add(number, String::from("(none)"), Surface::DEFAULT, 0),
             }
         }
         let Some(known) = self.known.get_mut(&number) else { return Ok((0, Surface::DEFAULT)) };
