@@ -23,7 +23,7 @@ fn main() -> Outcome<()> {
     let samples = interleaved(ROUNDS, &RIVALS, |rival| sample(folder.path(), rival))?;
     let yardstick = Spread::of(samples[0].iter().map(|sample| sample.load)).median;
     println!(
-        "| what | MB | load [s] | of tobj's | Embree's build [s] | peak [MB] |\n|---|---|---|---|---|---|"
+        "| what | MB | seconds to load | of tobj's | seconds of Embree's build | peak in MB |\n|---|---|---|---|---|---|"
     );
     for (rival, samples) in RIVALS.iter().zip(&samples) {
         let load = Spread::of(samples.iter().map(|sample| sample.load));
