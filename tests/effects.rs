@@ -162,7 +162,7 @@ fn a_table_names_objects_files_and_lines() {
             "caustics                     on   sphere 1 ({scene}:{}) of `mirror`\n",
             line("[[sphere]]", 0)
         ),
-        "point lights                 off  no point light has power\n".into(),
+        "point lights                 off  no light without extent has power\n".into(),
         "3 passes of 5000 photons:\n".into(),
     ] {
         assert!(text.contains(&words), "{words}in\n{text}");

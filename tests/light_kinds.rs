@@ -85,16 +85,18 @@ fn a_picture_of_a_sky_shines_the_same_from_both_ends() {
     assert_both_ends_agree(open_box(rough_metal(), panorama()));
 }
 
-/// A ball that shines beside one of glass.
+/// A ball that shines near one of rough metal, which finds it by facets and by shadow rays.
 #[test]
 fn a_ball_shines_the_same_from_both_ends() {
-    let mut desc = open_box(Bsdf::Dielectric { ior: 1.5 }, spot());
+    let mut desc = open_box(rough_metal(), spot());
     desc.further_lights.clear();
     let black = Bsdf::Diffuse { albedo: Rgb::ZERO };
     desc.materials.push(Material::plain("lamp", black, Rgb::splat(20.0)));
     let material = desc.materials.len() as u32 - 1;
     desc.spheres.push(SphereDesc { center: Vec3::new(-20.0, 70.0, 10.0), radius: 8.0, material });
-    assert_photons_agree(desc);
+    desc.spheres.push(SphereDesc { center: Vec3::new(10.0, 8.0, 50.0), radius: 6.0, material });
+    assert_photons_agree(desc.clone());
+    assert_both_ends_agree(desc);
 }
 
 /// What nothing stands before shows the sky itself, and no photon is needed for that.

@@ -16,24 +16,8 @@ pub struct Metal {
 /// # Source
 /// The figures are those of the renderer Tungsten (Bitterli), which has them from measured spectra.
 pub const METALS: [Metal; 4] = [
-    Metal {
-        name: "Ag",
-        eta: Rgb::new(0.155_264, 0.116_723, 0.138_381),
-        k: Rgb::new(4.828_371, 3.122_250, 2.147_040),
-    },
-    Metal {
-        name: "Al",
-        eta: Rgb::new(1.657_460, 0.880_369, 0.521_229),
-        k: Rgb::new(9.223_869, 6.269_523, 4.837_001),
-    },
-    Metal {
-        name: "Au",
-        eta: Rgb::new(0.143_119, 0.374_957, 1.442_479),
-        k: Rgb::new(3.983_160, 2.385_721, 1.603_215),
-    },
-    Metal {
-        name: "Cu",
-        eta: Rgb::new(0.200_438, 0.924_033, 1.102_212),
-        k: Rgb::new(3.912_949, 2.452_848, 2.142_188),
-    },
+    Metal { name: "Ag", eta: Rgb::new(0.1553, 0.1167, 0.1384), k: Rgb::new(4.8284, 3.1223, 2.1470) },
+    Metal { name: "Al", eta: Rgb::new(1.6575, 0.8804, 0.5212), k: Rgb::new(9.2239, 6.2695, 4.8370) },
+    Metal { name: "Au", eta: Rgb::new(0.1431, 0.3750, 1.4425), k: Rgb::new(3.9832, 2.3857, 1.6032) },
+    Metal { name: "Cu", eta: Rgb::new(0.2004, 0.9240, 1.1022), k: Rgb::new(3.9129, 2.4528, 2.1422) },
 ];

@@ -25,7 +25,7 @@ use std::sync::Arc;
 
 use emitter::Emitter;
 
-use crate::math::{RELATIVE_POSITION_ERROR, Rgb, Rng, Vec2, Vec3, offset_origin, warp};
+use crate::math::{Frame, RELATIVE_POSITION_ERROR, Rgb, Rng, Vec2, Vec3, offset_origin, warp};
 
 /// A source of light.
 #[derive(Clone, Debug, PartialEq)]
@@ -131,9 +131,7 @@ impl Light {
                 let on = Patch { p: point_on(corners, u), ng: normal(corners), p_error: error(corners) };
                 from_patch(p, on, area(corners), *radiance)
             }
-            Light::Sphere { center, radius, radiance } => {
-                from_patch(p, point_of_sphere(*center, *radius, u), sphere_area(*radius), *radiance)
-            }
+            Light::Sphere { center, radius, radiance } => from_sphere(p, *center, *radius, *radiance, u),
         }
     }
 
@@ -170,6 +168,34 @@ fn from_patch(p: Vec3, patch: Patch, area: f32, radiance: Rgb) -> Option<Illumin
     let (irradiance, pdf_w) = (radiance * solid_angle, solid_angle.recip());
     let target = offset_origin(point, target_error, ng, -wi);
     (cos > 0.0).then_some(IlluminationSample { target, target_error, wi, irradiance, pdf_w })
+}
+
+/// By a direction drawn uniformly from those that meet the sphere. `None` inside of it, where it does not shine.
+///
+/// # Source
+/// Shirley, Wang and Zimmerman, "Monte Carlo Techniques for Direct Lighting Calculations", ACM TOG 15(1), 1996, section 3.2.
+fn from_sphere(p: Vec3, center: Vec3, radius: f32, radiance: Rgb, u: Vec2) -> Option<IlluminationSample> {
+    let (axis, distance2) = direction(p, center)?;
+    let versine = versine_of_sphere(radius, distance2)?;
+    let down = u.x * versine;
+    let sin2 = down * (2.0 - down);
+    let turn = 2.0 * PI * u.y;
+    let local = Vec3::new(sin2.sqrt() * turn.cos(), sin2.sqrt() * turn.sin(), 1.0 - down);
+    let wi = Frame::around(axis).to_world(local);
+    let half_chord = (radius * radius - distance2 * sin2).max(0.0).sqrt();
+    let to_point = distance2.sqrt() * (1.0 - down) - half_chord;
+    let ng = (p + to_point * wi - center).normalize_or(-axis);
+    let target_error = RELATIVE_POSITION_ERROR * (center.abs().max_element() + radius);
+    let target = offset_origin(center + radius * ng, target_error, ng, -wi);
+    let solid_angle = 2.0 * PI * versine;
+    let (irradiance, pdf_w) = (radiance * solid_angle, solid_angle.recip());
+    Some(IlluminationSample { target, target_error, wi, irradiance, pdf_w })
+}
+
+/// `1 - cos` of half the angle that a sphere takes, from the sine so that small ones keep their digits. `None` inside.
+fn versine_of_sphere(radius: f32, distance2: f32) -> Option<f32> {
+    let sin2 = radius * radius / distance2;
+    (sin2 < 1.0).then(|| sin2 / (1.0 + (1.0 - sin2).sqrt()))
 }
 
 /// Uniform over its area.

@@ -1,7 +1,8 @@
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use super::emitter::Emitter;
-use super::{EmissionSample, Environment, IlluminationSample, Light};
+use super::{EmissionSample, Environment, IlluminationSample, Light, sphere_area, versine_of_sphere};
 use crate::math::{Rgb, Rng, UNIT, Vec3, mean};
 
 /// The lights of a scene that emit anything, and the choice among them in proportion to their flux.
@@ -17,10 +18,12 @@ pub struct Lights {
     shadows: Distribution,
     /// The mean flux of all area lights (W).
     area_flux: f64,
+    /// The one among the area lights, and the probability by which shadow rays choose it.
+    environment: Option<(Arc<Environment>, f32)>,
 }
 
 impl Lights {
-    /// Takes over the lights with power.
+    /// Takes over the lights with power, of which one at most is an environment.
     pub fn new(lights: impl IntoIterator<Item = Light>) -> Lights {
         let (delta, area): (Vec<_>, Vec<_>) =
             lights.into_iter().filter(|l| mean(l.flux()) > 0.0).partition(Light::is_delta);
@@ -28,7 +31,12 @@ impl Lights {
         let shadows = Distribution::by_flux(&area);
         let emitters = delta.iter().chain(&area).cloned().map(Emitter::new).collect();
         let area_flux = area.iter().map(|light| f64::from(mean(light.flux()))).sum();
-        Lights { delta, area, emitters, photons, shadows, area_flux }
+        let around = |(light, p): (&Light, f64)| match light {
+            Light::Environment(environment) => Some((Arc::clone(environment), p as f32)),
+            _ => None,
+        };
+        let environment = area.iter().zip(shadows.probabilities()).find_map(around);
+        Lights { delta, area, emitters, photons, shadows, area_flux, environment }
     }
 
     /// Those whose numbers, in the order of [`Lights::iter`], are to be kept.
@@ -58,15 +66,12 @@ impl Lights {
 
     /// What shines from all around, where anything does.
     pub fn environment(&self) -> Option<&Environment> {
-        self.area.iter().find_map(as_environment)
+        self.environment.as_ref().map(|(environment, _)| &**environment)
     }
 
     /// The density by which [`Lights::illuminate_area`] chooses a direction to the environment (1/sr).
     pub fn environment_pdf_w(&self, dir: Vec3) -> f32 {
-        let environments = self.area.iter().zip(self.shadows.probabilities());
-        let densities =
-            environments.filter_map(|(light, p)| Some(p as f32 * as_environment(light)?.pdf_w(dir)));
-        densities.sum()
+        self.environment.as_ref().map_or(0.0, |(environment, p)| p * environment.pdf_w(dir))
     }
 
     /// The flux of all lights together (W).
@@ -122,20 +127,21 @@ impl Lights {
         Some(IlluminationSample { irradiance, pdf_w, ..sample })
     }
 
-    /// The density by which [`Lights::illuminate_area`] chooses the direction to a point of an area light (1/sr): lights are
+    /// The density by which [`Lights::illuminate_area`] chooses a direction to a sphere of this radius whose centre is so far
+    /// (1/sr): `π 4π R² L / Φ` over the solid angle; 0 inside.
+    pub fn sphere_pdf_w(&self, radiance: Rgb, radius: f32, distance2: f32) -> f32 {
+        let share = PI * f64::from(sphere_area(radius)) * f64::from(mean(radiance)) / self.area_flux;
+        versine_of_sphere(radius, distance2)
+            .map_or(0.0, |versine| (share / (2.0 * PI * f64::from(versine))) as f32)
+    }
+
+    /// The density by which [`Lights::illuminate_area`] chooses the direction to a point of a triangle that shines (1/sr): lights are
     /// chosen by flux, so it is `π L / Φ · d² / cos θ` for the mean radiance `L` and the flux `Φ` of all of them.
     ///
     /// `cos` is that of the angle at the light, `distance2` the squared distance.
     pub fn area_pdf_w(&self, radiance: Rgb, cos: f32, distance2: f32) -> f32 {
         let share = f64::from(mean(radiance)) * PI / self.area_flux;
         (share * f64::from(distance2) / f64::from(cos)) as f32
-    }
-}
-
-fn as_environment(light: &Light) -> Option<&Environment> {
-    match light {
-        Light::Environment(environment) => Some(environment),
-        _ => None,
     }
 }
 

@@ -270,7 +270,9 @@ impl EyeTrees<'_> {
             see(&batch.rays);
             let mut next = 0;
             self.course.stage.scene.intersect_all(&batch.rays, Coherence::Coherent, |k, hit| {
-                self.see_sky(batch, next..k);
+                if k > next {
+                    self.see_sky(batch, next..k);
+                }
                 next = k + 1;
                 self.visit(&batch.branches[k], hit, waiting);
             });

@@ -88,8 +88,15 @@ impl Scene {
         if emission == Rgb::ZERO || pdf_w.is_infinite() {
             return emission;
         }
-        let (cos, distance2) = (hit.ng.dot(hit.wo), hit.t * hit.t);
-        balance(pdf_w, lights.area_pdf_w(emission, cos, distance2)) * emission
+        let by_light = match hit.sphere_radius {
+            Some(radius) => {
+                let center = hit.p - radius * hit.ng;
+                let from = hit.p + hit.t * hit.wo;
+                lights.sphere_pdf_w(emission, radius, from.distance_squared(center))
+            }
+            None => lights.area_pdf_w(emission, hit.ng.dot(hit.wo), hit.t * hit.t),
+        };
+        balance(pdf_w, by_light) * emission
     }
 
     /// The same of the environment, for a ray that meets nothing.

@@ -70,6 +70,8 @@ pub(super) struct Geometry {
     pub ns: Vec3,
     /// Texture coordinates; any where there are none.
     pub uv: Vec2,
+    /// Of a sphere.
+    pub sphere_radius: Option<f32>,
     pub material: u32,
 }
 
@@ -143,6 +145,7 @@ fn on_triangle(mesh: &Mesh, facet: &Facet, hit: &Hit) -> Geometry {
         ng,
         ns: ns.unwrap_or(ng),
         uv: mesh.uvs.as_deref().map_or(Vec2::ZERO, texture),
+        sphere_radius: None,
         material: mesh.materials[hit.primitive as usize],
     }
 }
@@ -156,6 +159,7 @@ fn on_sphere(sphere: &SphereDesc, p: Vec3) -> Geometry {
         ng,
         ns: ng,
         uv: Vec2::new(0.5 + ng.z.atan2(ng.x) * (0.5 * FRAC_1_PI), 0.5 + ng.y.asin() * FRAC_1_PI),
+        sphere_radius: Some(sphere.radius),
         material: sphere.material,
     }
 }
@@ -209,6 +213,8 @@ pub struct SurfaceHit {
     pub wo: Vec3,
     /// Texture coordinates; any where there are none.
     pub uv: Vec2,
+    /// The radius of the sphere that was hit; none of a triangle.
+    pub sphere_radius: Option<f32>,
     /// Number of the material.
     pub material: u32,
 }
@@ -217,9 +223,9 @@ impl SurfaceHit {
     // Inlined for the same reason as `Surface::at`.
     #[inline(always)]
     pub(super) fn new(ray: &Ray, t: f32, surface: Geometry) -> SurfaceHit {
-        let Geometry { p, p_error, ng, ns, uv, material } = surface;
+        let Geometry { p, p_error, ng, ns, uv, sphere_radius, material } = surface;
         let wo = -ray.dir.normalize();
-        SurfaceHit { p, p_error, t, ng, normal: seen_normal(ns, ng, wo), ns, wo, uv, material }
+        SurfaceHit { p, p_error, t, ng, normal: seen_normal(ns, ng, wo), ns, wo, uv, sphere_radius, material }
     }
 
     /// The frame around [`SurfaceHit::normal`].
