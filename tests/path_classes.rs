@@ -6,7 +6,7 @@ mod common;
 use caustica::effects::{PathClass, PathClasses};
 use caustica::film::Image;
 use caustica::math::{Rgb, mean};
-use caustica::ppm::{Aiming, Kinds, Planning, Render, Settings};
+use caustica::ppm::{Aiming, Guiding, Kinds, Planning, Render, Settings};
 use caustica::scene::Scene;
 use common::{scene_at, settings};
 
@@ -20,7 +20,9 @@ fn scenes() -> impl Iterator<Item = Scene> {
 fn rendered<'s>(scene: &'s Scene, transport: PathClasses, planning: Planning) -> Render<'s> {
     let caustic_photons = Aiming::Photons(0);
     let (kinds, photons) = (Kinds::Apart, 20_000);
-    let settings = Settings { transport, kinds, planning, caustic_photons, photons, ..settings(scene) };
+    let guiding = Guiding::Off;
+    let settings =
+        Settings { transport, kinds, planning, caustic_photons, guiding, photons, ..settings(scene) };
     let mut render = Render::new(scene, settings);
     (0..3).for_each(|_| assert!(render.pass().photons.is_balanced()));
     render
@@ -48,7 +50,7 @@ fn layers_add_up_to_the_picture() {
 }
 
 /// Each kind has radii and statistics of its own: whether others are simulated makes no bit of difference, as long as no photons
-/// are aimed instead of others.
+/// are aimed or guided instead of others.
 #[test]
 fn kinds_do_not_know_of_each_other() {
     for scene in scenes() {

@@ -21,10 +21,11 @@ pub fn photon_mapped(scene: &Scene) -> (Image, Image) {
         }
         render.picture()
     };
-    block_estimate(&(0..6).map(render).collect::<Vec<Image>>(), BLOCK)
+    block_estimate(&(0..12).map(render).collect::<Vec<Image>>(), BLOCK)
 }
 
-/// Every block agrees to `relative` of its brightness and four standard errors.
+/// Every block agrees to `relative` of its brightness and five standard errors: those of a dozen renders have heavy tails, of which one
+/// block in some thousands is beyond.
 pub fn assert_agree(
     a: &(Image, Image),
     b: &(Image, Image),
@@ -32,7 +33,7 @@ pub fn assert_agree(
     relative: f64,
     mask: Option<&[bool]>,
 ) {
-    let criterion = BlockCriterion { block, mask, ..BlockCriterion::new(relative, 4.0) };
+    let criterion = BlockCriterion { block, mask, ..BlockCriterion::new(relative, 5.0) };
     let [a, b] = [a, b].map(|(mean, stderr)| Estimate { mean, stderr: Some(stderr) });
     let report = BlockReport::between(a, b, &criterion).unwrap();
     eprintln!("{} of {} blocks, worst {:?}", report.n_within, report.n_blocks, report.worst);
