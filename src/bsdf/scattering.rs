@@ -135,6 +135,8 @@ impl Scattering {
     }
 
     /// Draws a facet, by `u` in the unit square, where the surface is rough: the path goes on by what that does.
+    // Inlined, since most surfaces have no facets, and the record is large.
+    #[inline(always)]
     #[must_use]
     pub fn with_facet(self, u: impl FnOnce() -> Vec2) -> Scattering {
         match &self.glossy {

@@ -2,6 +2,7 @@ use super::desc::{Material, PointLightDesc, SceneDesc, SphereDesc};
 use super::surface::Surface;
 use super::tracer::Tracer;
 use super::{Mesh, Scene, Traversal, TraversalError};
+use crate::bsdf::Bsdf;
 use crate::camera::Camera;
 use crate::embree::EmbreeError;
 use crate::light::{Light, Lights};
@@ -33,7 +34,9 @@ fn compile<E>(
     let camera = camera(&desc);
     let emitters: Vec<Light> = emitters(&desc).collect();
     let SceneDesc { materials, render, film, point_lights, further_lights, camera: view, places, .. } = desc;
-    let surfaces = surfaces(desc.meshes, desc.spheres);
+    let meshes = desc.meshes.into_iter().map(|mesh| without_idle_coordinates(mesh, &materials)).collect();
+    let surfaces = surfaces(meshes, desc.spheres);
+    let lambertian = materials.iter().map(lambertian).collect();
     let bounds = surfaces.iter().map(Surface::bounds).fold(Aabb::EMPTY, Aabb::union);
     let free = point_lights.iter().map(PointLightDesc::light);
     let (delta, around): (Vec<Light>, Vec<Light>) =
@@ -45,6 +48,7 @@ fn compile<E>(
         traversal,
         surfaces,
         materials,
+        lambertian,
         lights,
         camera,
         point_lights,
@@ -62,6 +66,21 @@ fn camera(desc: &SceneDesc) -> Camera {
     let pinhole =
         Camera::new(c.position, c.look_at, c.up, c.fov_degrees, (desc.film.width, desc.film.height));
     pinhole.with_lens(c.lens_radius, c.focus_distance)
+}
+
+/// Without texture coordinates that no picture asks for, which would be looked up at every hit.
+fn without_idle_coordinates(mesh: Mesh, materials: &[Material]) -> Mesh {
+    let pictured = |&material: &u32| !materials[material as usize].textures.is_none();
+    let uvs = if mesh.materials.iter().any(pictured) { mesh.uvs } else { None };
+    Mesh { uvs, ..mesh }
+}
+
+/// The albedo of what is Lambertian and the same everywhere.
+fn lambertian(material: &Material) -> Option<Rgb> {
+    match material.bsdf {
+        Bsdf::Diffuse { albedo } if material.textures.is_none() => Some(albedo),
+        _ => None,
+    }
 }
 
 /// The order of the surfaces is that of the ray tracer's geometry numbers.

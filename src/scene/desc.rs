@@ -158,7 +158,7 @@ impl Textures {
     /// No pictures.
     pub const NONE: Textures = Textures { color: None, roughness: None };
 
-    fn is_none(&self) -> bool {
+    pub(super) fn is_none(&self) -> bool {
         self.color.is_none() && self.roughness.is_none()
     }
 }
@@ -169,10 +169,10 @@ impl Material {
         Material { name: name.into(), bsdf, emission, textures: Textures::NONE }
     }
 
-    /// How it scatters at a place of these texture coordinates.
+    /// What `of` says of how it scatters at a place, whose texture coordinates are asked for only if pictures need them.
     #[inline(always)]
-    pub fn bsdf_at(&self, uv: Vec2) -> Bsdf {
-        if self.textures.is_none() { self.bsdf } else { self.textured(uv) }
+    pub fn look<R>(&self, uv: impl FnOnce() -> Vec2, of: impl FnOnce(&Bsdf) -> R) -> R {
+        if self.textures.is_none() { of(&self.bsdf) } else { of(&self.textured(uv())) }
     }
 
     fn textured(&self, uv: Vec2) -> Bsdf {

@@ -88,13 +88,12 @@ impl Scene {
         if emission == Rgb::ZERO || pdf_w.is_infinite() {
             return emission;
         }
-        let by_light = match hit.sphere_radius {
-            Some(radius) => {
-                let center = hit.p - radius * hit.ng;
-                let from = hit.p + hit.t * hit.wo;
-                lights.sphere_pdf_w(emission, radius, from.distance_squared(center))
-            }
-            None => lights.area_pdf_w(emission, hit.ng.dot(hit.wo), hit.t * hit.t),
+        let by_light = if hit.sphere_radius > 0.0 {
+            let center = hit.p - hit.sphere_radius * hit.ng;
+            let from = hit.p + hit.t * hit.wo;
+            lights.sphere_pdf_w(emission, hit.sphere_radius, from.distance_squared(center))
+        } else {
+            lights.area_pdf_w(emission, hit.ng.dot(hit.wo), hit.t * hit.t)
         };
         balance(pdf_w, by_light) * emission
     }

@@ -53,6 +53,8 @@ pub struct Scene {
     traversal: Traversal,
     surfaces: Vec<Surface>,
     materials: Vec<Material>,
+    /// Of each material, what most surfaces need alone: its albedo, where it is Lambertian and the same everywhere.
+    lambertian: Vec<Option<Rgb>>,
     lights: Lights,
     camera: Camera,
     /// As the scene describes them, those without power, too.
@@ -126,31 +128,40 @@ impl Scene {
         self.rays.intersect(ray).map(|hit| hit.t)
     }
 
-    /// How the surface at `hit` scatters.
+    /// What `of` says of how the surface at `hit` scatters.
     #[inline(always)]
-    fn bsdf(&self, hit: &SurfaceHit) -> Bsdf {
-        self.materials[hit.material as usize].bsdf_at(hit.uv)
+    fn look<R>(&self, hit: &SurfaceHit, of: impl FnOnce(&Bsdf) -> R) -> R {
+        self.materials[hit.material as usize].look(|| hit.texture_coordinates(), of)
     }
 
     /// The diffuse share of the surface at `hit` as it is seen: see [`Bsdf::albedo`].
     pub fn albedo(&self, hit: &SurfaceHit) -> Rgb {
-        self.bsdf(hit).albedo(hit.normal.dot(hit.wo))
+        match self.lambertian[hit.material as usize] {
+            Some(albedo) => albedo,
+            None => self.look(hit, |bsdf| bsdf.albedo(hit.normal.dot(hit.wo))),
+        }
     }
 
     /// The surface at `hit` as light arrives there that is seen along `hit.wo`.
     pub fn receiver(&self, hit: &SurfaceHit) -> Receiver {
-        hit.receiver().under(self.bsdf(hit).coat())
+        match self.lambertian[hit.material as usize] {
+            Some(_) => hit.receiver(),
+            None => hit.receiver().under(self.look(hit, Bsdf::coat)),
+        }
     }
 
     /// All lobes of the surface at `hit` for a path that arrives there; of a rough one once a facet is drawn
     /// ([`Scattering::with_facet`]).
     pub fn scatter(&self, hit: &SurfaceHit, transport: Transport) -> Scattering {
-        match self.bsdf(hit) {
-            // The frame is the dearest part, and a diffuse surface has no use for it.
-            Bsdf::Diffuse { albedo } => Scattering::diffuse(albedo),
-            bsdf if !SPECULAR => Scattering::diffuse(bsdf.albedo(1.0)),
-            bsdf => bsdf.scatter(hit.wo_local(), transport),
+        // The frame is the dearest part, and a diffuse surface has no use for it.
+        if let Some(albedo) = self.lambertian[hit.material as usize] {
+            return Scattering::diffuse(albedo);
         }
+        self.look(hit, |bsdf| match bsdf {
+            bsdf if !SPECULAR => Scattering::diffuse(bsdf.albedo(1.0)),
+            Bsdf::Diffuse { albedo } => Scattering::diffuse(*albedo),
+            bsdf => bsdf.scatter(hit.wo_local(), transport),
+        })
     }
 
     /// The radiance from where a ray points that meets nothing.

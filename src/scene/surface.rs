@@ -68,10 +68,10 @@ pub(super) struct Geometry {
     pub p_error: f32,
     pub ng: Vec3,
     pub ns: Vec3,
-    /// Texture coordinates; any where there are none.
+    /// Texture coordinates on a mesh that has some.
     pub uv: Vec2,
-    /// Of a sphere.
-    pub sphere_radius: Option<f32>,
+    /// 0 of a triangle.
+    pub sphere_radius: f32,
     pub material: u32,
 }
 
@@ -145,7 +145,7 @@ fn on_triangle(mesh: &Mesh, facet: &Facet, hit: &Hit) -> Geometry {
         ng,
         ns: ns.unwrap_or(ng),
         uv: mesh.uvs.as_deref().map_or(Vec2::ZERO, texture),
-        sphere_radius: None,
+        sphere_radius: 0.0,
         material: mesh.materials[hit.primitive as usize],
     }
 }
@@ -158,10 +158,21 @@ fn on_sphere(sphere: &SphereDesc, p: Vec3) -> Geometry {
         p_error: RELATIVE_POSITION_ERROR * (sphere.center.abs().max_element() + sphere.radius),
         ng,
         ns: ng,
-        uv: Vec2::new(0.5 + ng.z.atan2(ng.x) * (0.5 * FRAC_1_PI), 0.5 + ng.y.asin() * FRAC_1_PI),
-        sphere_radius: Some(sphere.radius),
+        uv: Vec2::ZERO,
+        sphere_radius: sphere.radius,
         material: sphere.material,
     }
+}
+
+impl Geometry {
+    pub fn texture_coordinates(&self) -> Vec2 {
+        if self.sphere_radius > 0.0 { geographic(self.ng) } else { self.uv }
+    }
+}
+
+/// Longitude and latitude of a place on a sphere, from 0 to 1.
+fn geographic(ng: Vec3) -> Vec2 {
+    Vec2::new(0.5 + ng.z.atan2(ng.x) * (0.5 * FRAC_1_PI), 0.5 + ng.y.asin() * FRAC_1_PI)
 }
 
 /// A point of a surface that light or photons arrive at, seen from one side.
@@ -211,10 +222,10 @@ pub struct SurfaceHit {
     ns: Vec3,
     /// Back along the ray, unit.
     pub wo: Vec3,
-    /// Texture coordinates; any where there are none.
-    pub uv: Vec2,
-    /// The radius of the sphere that was hit; none of a triangle.
-    pub sphere_radius: Option<f32>,
+    /// Texture coordinates on a mesh that has some; see [`SurfaceHit::texture_coordinates`].
+    uv: Vec2,
+    /// The radius of the sphere that was hit; 0 of a triangle.
+    pub sphere_radius: f32,
     /// Number of the material.
     pub material: u32,
 }
@@ -241,6 +252,11 @@ impl SurfaceHit {
     /// Whether the ray came from the outer side, that of `ng`.
     pub fn is_front(&self) -> bool {
         self.ng.dot(self.wo) > 0.0
+    }
+
+    /// Where pictures on the surface are looked up.
+    pub fn texture_coordinates(&self) -> Vec2 {
+        if self.sphere_radius > 0.0 { geographic(self.ng) } else { self.uv }
     }
 
     /// The surface as it is seen along `wo`, but for its coat: see [`super::Scene::receiver`].

@@ -51,15 +51,28 @@ impl Scene {
         for lane in 0..rays.len.min(PACKET) {
             let Some(hit) = hits.hit(lane) else { continue };
             let surface = self.surfaces[hit.geometry as usize].at(&rays.ray(lane), &hit);
-            let (albedo, is_diffuse) = match self.materials[surface.material as usize].bsdf_at(surface.uv) {
-                Bsdf::Diffuse { albedo } => (albedo, true),
-                bsdf => (bsdf.diffuse_share(cosine(&rays.ray(lane), surface.ns)), false),
+            let (albedo, is_diffuse) = match self.lambertian[surface.material as usize] {
+                Some(albedo) => (albedo, true),
+                None => self.diffuse_share(&rays.ray(lane), &surface),
             };
             surfaces.set(lane, &surface, albedo);
             found |= 1 << lane;
             lambertian |= u16::from(is_diffuse && surface.ns == surface.ng) << lane;
         }
         (surfaces.found, surfaces.lambertian) = (found, lambertian);
+    }
+
+    /// The diffuse share of what is not the same Lambertian everywhere, and whether it is Lambertian.
+    #[inline(never)]
+    fn diffuse_share(&self, ray: &Ray, surface: &Geometry) -> (Rgb, bool) {
+        let material = &self.materials[surface.material as usize];
+        material.look(
+            || surface.texture_coordinates(),
+            |bsdf| match bsdf {
+                Bsdf::Diffuse { albedo } => (*albedo, true),
+                bsdf => (bsdf.diffuse_share(cosine(ray, surface.ns)), false),
+            },
+        )
     }
 }
 
