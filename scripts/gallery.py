@@ -41,7 +41,7 @@ Every scene of `data/`, rendered by one command:
 make gallery
 ```
 
-Seconds are of two cores, the error is the program's own estimate (√relMSE of all light that changes from pass to pass, at most, with 90 %
+Seconds are of two cores that had other work beside it, the error is the program's own estimate (√relMSE of all light that changes from pass to pass, at most, with 90 %
 confidence; [accuracy.md](accuracy.md) says what that is worth). Where light comes from one point through glass no path tracer has a
 picture to compare; `make crosscheck` holds the others against Mitsuba 3.
 """
