@@ -3,13 +3,13 @@
 
 mod common;
 
-use caustica::bsdf::{Bsdf, DiffuseSampling};
+use caustica::bsdf::DiffuseSampling;
 use caustica::compare::{BlockCriterion, BlockReport, Estimate};
 use caustica::film::Image;
-use caustica::math::{Rgb, Vec3};
+use caustica::math::Vec3;
 use caustica::ppm::Settings;
-use caustica::scene::{Material, Mesh, Scene, SceneDesc};
-use common::{desc, path_traced, photon_mapped, scene_at, settings};
+use caustica::scene::{Mesh, Scene, SceneDesc};
+use common::{desc, path_traced, photon_mapped, scene_at, settings, under_a_lamp};
 
 fn assert_agree(image: &Image, reference: &(Image, Image), relative: f64, required: f64) {
     assert_blocks_agree(image, reference, 8, relative, required);
@@ -59,19 +59,7 @@ fn assert_close_up_agrees(scene: &Scene, block: usize, relative: f64) {
 /// The course's balls under a lamp in place of the point light: no path hits a point, so what a ball refracts
 /// of its light would be known to photons alone.
 fn balls_under_a_lamp() -> SceneDesc {
-    let mut desc = desc("course_balls.toml");
-    desc.point_lights.clear();
-    desc.materials.push(Material::plain("lamp", Bsdf::Diffuse { albedo: Rgb::ZERO }, Rgb::splat(6.0)));
-    let corner = |x: f32, z: f32| Vec3::new(30.0 * x, 110.0, 30.0 * z);
-    desc.meshes.push(Mesh {
-        name: "lamp".into(),
-        vertices: vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)],
-        normals: None,
-        uvs: None,
-        triangles: vec![[0, 1, 2], [0, 2, 3]],
-        materials: vec![desc.materials.len() as u32 - 1; 2],
-    });
-    desc
+    under_a_lamp(desc("course_balls.toml"))
 }
 
 /// Task 8: fixed weights of reflection and refraction.

@@ -8,10 +8,10 @@ use std::sync::Arc;
 use caustica::bsdf::{Bsdf, Ggx, Interface, METALS, Plastic, RoughSurface};
 use caustica::film::Image;
 use caustica::math::{Ray, Rgb, Vec3};
-use caustica::scene::{Material, Mesh, Scene, SceneDesc};
+use caustica::scene::{Material, Scene, SceneDesc};
 use caustica::texture::Texture;
 use common::agree::{BLOCK, assert_agree, in_blocks, photon_mapped};
-use common::{blocks_seen_diffuse, desc, light_traced, path_traced};
+use common::{blocks_seen_diffuse, desc, light_traced, path_traced, under_a_lamp};
 
 fn rough(alpha: f32, interface: Interface) -> Bsdf {
     Bsdf::Rough(RoughSurface { facets: Ggx { alpha }, interface })
@@ -35,23 +35,6 @@ fn balls(first: Bsdf, second: Bsdf) -> SceneDesc {
     (desc.spheres[0].material, desc.spheres[1].material) = (last - 1, last);
     (desc.film.width, desc.film.height) = (48, 48);
     (desc.camera.position, desc.camera.look_at) = (Vec3::new(0.0, 50.0, 120.0), Vec3::new(0.0, 20.0, 0.0));
-    desc
-}
-
-/// The same under a lamp in place of the point light, which paths find, too.
-fn under_a_lamp(mut desc: SceneDesc) -> SceneDesc {
-    desc.point_lights.clear();
-    let black = Bsdf::Diffuse { albedo: Rgb::ZERO };
-    desc.materials.push(Material::plain("lamp", black, Rgb::splat(6.0)));
-    let corner = |x: f32, z: f32| Vec3::new(30.0 * x, 110.0, 30.0 * z);
-    desc.meshes.push(Mesh {
-        name: "lamp".into(),
-        vertices: vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)],
-        normals: None,
-        uvs: None,
-        triangles: vec![[0, 1, 2], [0, 2, 3]],
-        materials: vec![desc.materials.len() as u32 - 1; 2],
-    });
     desc
 }
 

@@ -6,13 +6,13 @@ pub mod agree;
 use std::path::{Path, PathBuf};
 use std::sync::Once;
 
-use caustica::bsdf::Transport;
+use caustica::bsdf::{Bsdf, Transport};
 use caustica::compare::block_means;
 use caustica::film::Image;
-use caustica::math::{DVec3, Rgb, Vec2};
+use caustica::math::{DVec3, Rgb, Vec2, Vec3};
 use caustica::ppm::{Render, Settings};
 use caustica::reference::{Estimator, Method};
-use caustica::scene::{self, Scene, SceneDesc};
+use caustica::scene::{self, Material, Mesh, Scene, SceneDesc};
 
 /// A scene file of area lights, a point light, and glass.
 pub const GLASS_AND_LAMPS: &str = r#"
@@ -71,6 +71,23 @@ pub fn desc(name: &str) -> SceneDesc {
 
 pub fn scene(name: &str) -> Scene {
     Scene::new(desc(name)).unwrap()
+}
+
+/// The scene under a lamp of the course's box in place of its point light: paths find that, too.
+pub fn under_a_lamp(mut desc: SceneDesc) -> SceneDesc {
+    desc.point_lights.clear();
+    let black = Bsdf::Diffuse { albedo: Rgb::ZERO };
+    desc.materials.push(Material::plain("lamp", black, Rgb::splat(6.0)));
+    let corner = |x: f32, z: f32| Vec3::new(30.0 * x, 110.0, 30.0 * z);
+    desc.meshes.push(Mesh {
+        name: "lamp".into(),
+        vertices: vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)],
+        normals: None,
+        uvs: None,
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        materials: vec![desc.materials.len() as u32 - 1; 2],
+    });
+    desc
 }
 
 /// The scene with another resolution.
