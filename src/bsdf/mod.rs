@@ -19,7 +19,7 @@ pub use plastic::{Coat, Plastic};
 pub use rough::{GlossyLobe, Interface, Response, RoughSurface};
 pub use scattering::{Choice, DiffuseSampling, Event, Scattering, SpecularLobe, Transport, sample_diffuse};
 
-use crate::math::{Rgb, Vec3};
+use crate::math::{Rgb, Vec2, Vec3};
 
 /// Whether surfaces can mirror and refract at all: in every program but that which measures what this ability costs scenes
 /// that have no use for it. There such surfaces are black.
@@ -186,11 +186,11 @@ impl Bsdf {
     /// material is the exception that its assignment asks for: along the specular chain from the camera its
     /// transparency is the whole weight.
     ///
-    /// A rough surface has no lobes before a facet is drawn: see [`Scattering::with_facet`].
+    /// A rough surface has no lobes before a facet is drawn: see [`Bsdf::scatter_by`].
     pub fn scatter(&self, wo: Vec3, transport: Transport) -> Scattering {
         let specular = match *self {
             _ if !SPECULAR => [None, None],
-            Bsdf::Diffuse { .. } => [None, None],
+            Bsdf::Diffuse { .. } | Bsdf::Rough(_) => [None, None],
             Bsdf::Mirror { reflectance } => [Some(mirrored(wo, reflectance)), None],
             Bsdf::Dielectric { ior } => dielectric_lobes(wo, ior, transport),
             Bsdf::ThinDielectric { ior } => pane_lobes(wo, ior),
@@ -202,15 +202,27 @@ impl Bsdf {
                 return Scattering::new(plastic.albedo(wo.z), [Some(mirrored), None])
                     .under(plastic.coat(), plastic.enters());
             }
-            Bsdf::Rough(surface) => {
-                let dark = || Scattering::diffuse(Rgb::ZERO);
-                return surface.seen_from(wo, transport).map_or_else(dark, Scattering::rough);
-            }
             Bsdf::FixedWeight { reflectivity, transparency, ior, .. } => {
                 fixed_weight_lobes(wo, [reflectivity, transparency], ior, transport)
             }
         };
         Scattering::new(self.albedo(wo.z), specular)
+    }
+
+    /// The same by a facet where the surface is rough, which `u` draws: two numbers of the unit square.
+    pub fn scatter_by(&self, wo: Vec3, transport: Transport, u: impl FnOnce() -> Vec2) -> Scattering {
+        match self.glossy(wo, transport) {
+            Some(glossy) => Scattering::new(Rgb::ZERO, glossy.facet(u())),
+            None => self.scatter(wo, transport),
+        }
+    }
+
+    /// The rough share, for a path that arrives along `wo`. `None` of other surfaces, and along the surface.
+    pub fn glossy(&self, wo: Vec3, transport: Transport) -> Option<GlossyLobe> {
+        match self {
+            Bsdf::Rough(surface) if SPECULAR => surface.seen_from(wo, transport),
+            _ => None,
+        }
     }
 }
 

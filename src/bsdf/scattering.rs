@@ -1,5 +1,5 @@
-use super::{Coat, GlossyLobe, SPECULAR};
-use crate::math::{Rgb, Rng, Vec2, Vec3, warp};
+use super::{Coat, SPECULAR};
+use crate::math::{Rgb, Rng, Vec3, warp};
 
 /// What a path carries, which decides how it changes at a refracting interface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,7 +71,7 @@ impl SpecularLobe {
 }
 
 /// All that a surface does with light that comes along one direction: one diffuse and at most two specular lobes, or those of
-/// a facet of a rough surface, once one is drawn.
+/// the facet of a rough surface that was drawn.
 ///
 /// The shares of all lobes sum to at most 1 per channel; the rest is absorbed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,8 +82,6 @@ pub struct Scattering {
     pub coat: Coat,
     /// The mean of `T(wi)` over cosine-weighted directions.
     enters: f32,
-    /// The rough share.
-    pub glossy: Option<GlossyLobe>,
     lobes: [Option<SpecularLobe>; 2],
 }
 
@@ -111,7 +109,7 @@ pub enum Choice {
 impl Scattering {
     /// Of a surface without specular lobes.
     pub fn diffuse(albedo: Rgb) -> Scattering {
-        Scattering { albedo, coat: Coat::NONE, enters: 1.0, glossy: None, lobes: [None, None] }
+        Scattering { albedo, coat: Coat::NONE, enters: 1.0, lobes: [None, None] }
     }
 
     /// Lobes without any share are left out: they contribute nothing.
@@ -127,22 +125,6 @@ impl Scattering {
     /// The diffuse lobe's share of the incident power.
     pub fn diffuse_share(&self) -> Rgb {
         self.albedo * self.enters
-    }
-
-    /// Of a rough surface.
-    pub fn rough(glossy: GlossyLobe) -> Scattering {
-        Scattering { glossy: Some(glossy), ..Scattering::diffuse(Rgb::ZERO) }
-    }
-
-    /// Draws a facet, by `u` in the unit square, where the surface is rough: the path goes on by what that does.
-    // Inlined, since most surfaces have no facets, and the record is large.
-    #[inline(always)]
-    #[must_use]
-    pub fn with_facet(self, u: impl FnOnce() -> Vec2) -> Scattering {
-        match &self.glossy {
-            Some(glossy) => Scattering { lobes: glossy.facet(u()).map(with_share), ..self },
-            None => self,
-        }
     }
 
     /// The specular lobes, or those of the facet that was drawn.

@@ -130,7 +130,7 @@ mod tests {
             for index in 0..2000 {
                 let mut rng = Rng::new(1, Stream::Test, 0, index);
                 let wo = warp::square_to_uniform_sphere(rng.next_vec2());
-                let scattering = bsdf.scatter(wo, Transport::Power).with_facet(|| rng.next_vec2());
+                let scattering = bsdf.scatter_by(wo, Transport::Power, || rng.next_vec2());
                 found = found.with(Effect::Diffuse, scattering.albedo != Rgb::ZERO);
                 for lobe in scattering.specular() {
                     found = match lobe.event {

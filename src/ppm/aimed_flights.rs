@@ -101,7 +101,7 @@ fn arrive(
     chunk: &mut PhotonChunk,
 ) -> Option<Flight> {
     let mut rng = numbers(course, flight.path, segment);
-    let scattering = course.stage.scene.scatter(hit, Transport::Power).with_facet(|| rng.next_vec2());
+    let scattering = course.stage.scene.scatter_by(hit, Transport::Power, || rng.next_vec2());
     if segment > 1 && scattering.albedo.max_element() > 0.0 {
         let enters = scattering.coat.transmittance(hit.normal.dot(hit.wo));
         let photon = Photon { wi: hit.wo, ng: hit.receiver().ng, power: flight.power * enters };

@@ -337,14 +337,15 @@ impl EyeTrees<'_> {
     #[inline(always)]
     fn scattering(&mut self, branch: &Branch, hit: &SurfaceHit) -> Scattering {
         let Stage { scene, lights, .. } = self.course.stage;
-        let scattering = scene.scatter(hit, Transport::Camera);
-        let Some(glossy) = scattering.glossy else { return scattering };
+        let Some(glossy) = scene.glossy(hit, Transport::Camera) else {
+            return scene.scatter(hit, Transport::Camera);
+        };
         let mut rng = branch.rng(Stream::Facet, self.course);
         let facet = rng.next_vec2();
         let (radiance, rays) = scene.direct_on_rough(lights, hit, &glossy, &mut rng);
         self.tile.emitted.push((branch.pixel, branch.weight * radiance));
         self.tile.rays += u64::from(rays);
-        scattering.with_facet(|| facet)
+        scene.scatter_by(hit, Transport::Camera, || facet)
     }
 
     fn leave_hit_point(&mut self, reflectance: Rgb, pixel: u32, length: f32, hit: &SurfaceHit) {

@@ -98,6 +98,6 @@ impl Seen {
 
 /// What is not absorbed of light that comes along the line of sight; by a middling facet of what is rough.
 fn kept_share(scene: &Scene, hit: &SurfaceHit) -> Rgb {
-    let scattering = scene.scatter(hit, Transport::Power).with_facet(|| Vec2::splat(0.5));
+    let scattering = scene.scatter_by(hit, Transport::Power, || Vec2::splat(0.5));
     scattering.specular().fold(scattering.diffuse_share(), |sum, lobe| sum + lobe.share)
 }

@@ -266,8 +266,7 @@ impl Packet {
         for lane in bits(surfaces.found & !surfaces.lambertian) {
             let Some(hit) = course.stage.scene.surface_hit(&photons.rays, hits, lane) else { continue };
             let (mut rng, power) = (draws.of(photons.path[lane]), photons.power(lane));
-            let scattering = course.stage.scene.scatter(&hit, Transport::Power);
-            let scattering = scattering.with_facet(|| rng.next_vec2());
+            let scattering = course.stage.scene.scatter_by(&hit, Transport::Power, || rng.next_vec2());
             enters.set(lane, &hit, scattering.coat);
             flux.send_on(power, scattering.specular().map(SpecularLobe::weight).sum());
             let Some(onward) = go_on(&hit, &scattering, course.settings, &mut rng) else { continue };

@@ -62,7 +62,7 @@ fn follow(scene: &Scene, mut rng: Rng, splats: &mut Vec<Splat>) {
     let mut path = LightPath { ray: Ray::new(emission.origin, emission.dir), power: emission.power };
     for _ in 0..MAX_SEGMENTS {
         let Some(hit) = scene.intersect(&path.ray) else { return };
-        let scattering = scene.scatter(&hit, Transport::Power).with_facet(|| rng.next_vec2());
+        let scattering = scene.scatter_by(&hit, Transport::Power, || rng.next_vec2());
         if let Some(seen) = path.connected(scene, &hit, &scattering, &mut rng) {
             splats.extend(filtered(scene, seen));
         }
@@ -92,7 +92,7 @@ impl LightPath {
     ) -> Option<Seen> {
         let (lens, margin) = (random_lens_sample(scene, rng), scene.film().filter.reach() - 0.5);
         let seen = scene.camera().project(hit.p, lens, margin)?;
-        let (event, value) = scattered_towards(hit, scattering, seen.to_camera)?;
+        let (event, value) = scattered_towards(scene, hit, scattering, seen.to_camera)?;
         // The sides are those of any such bounce, so that no light leaks through the surface.
         let origin = hit.continue_along(event, seen.to_camera)?.origin;
         let correction = hit.adjoint_correction(event, seen.to_camera);
@@ -118,8 +118,13 @@ impl LightPath {
 }
 
 /// `f cos θ` towards the camera by the true normal, but for the correction of shading normals (1/sr).
-fn scattered_towards(hit: &SurfaceHit, scattering: &Scattering, dir: Vec3) -> Option<(Event, Rgb)> {
-    match &scattering.glossy {
+fn scattered_towards(
+    scene: &Scene,
+    hit: &SurfaceHit,
+    scattering: &Scattering,
+    dir: Vec3,
+) -> Option<(Event, Rgb)> {
+    match scene.glossy(hit, Transport::Power) {
         Some(glossy) => {
             let response = glossy.respond(hit.frame().to_local(dir))?;
             Some((response.event, response.value))

@@ -50,9 +50,9 @@ fn radiance(scene: &Scene, ray: Ray, rng: &mut Rng) -> Rgb {
         if path.after != Some(Event::Diffuse) {
             sum += path.throughput * scene.found_emission(scene.lights(), &hit, path.pdf_w);
         }
-        let scattering = scene.scatter(&hit, path.transport).with_facet(|| rng.next_vec2());
-        if let Some(glossy) = &scattering.glossy {
-            sum += path.throughput * scene.direct_on_rough(scene.lights(), &hit, glossy, rng).0;
+        let scattering = scene.scatter_by(&hit, path.transport, || rng.next_vec2());
+        if let Some(glossy) = scene.glossy(&hit, path.transport) {
+            sum += path.throughput * scene.direct_on_rough(scene.lights(), &hit, &glossy, rng).0;
         }
         if scattering.albedo != Rgb::ZERO {
             sum += path.throughput * scattering.albedo / PI * direct_irradiance(scene, &hit, rng);

@@ -1,8 +1,8 @@
 use super::desc::{Material, PointLightDesc, SceneDesc, SphereDesc};
+use super::gist::Gist;
 use super::surface::Surface;
 use super::tracer::Tracer;
 use super::{Mesh, Scene, Traversal, TraversalError};
-use crate::bsdf::Bsdf;
 use crate::camera::Camera;
 use crate::embree::EmbreeError;
 use crate::light::{Light, Lights};
@@ -36,7 +36,7 @@ fn compile<E>(
     let SceneDesc { materials, render, film, point_lights, further_lights, camera: view, places, .. } = desc;
     let meshes = desc.meshes.into_iter().map(|mesh| without_idle_coordinates(mesh, &materials)).collect();
     let surfaces = surfaces(meshes, desc.spheres);
-    let lambertian = materials.iter().map(lambertian).collect();
+    let gists = materials.iter().map(Gist::of).collect();
     let bounds = surfaces.iter().map(Surface::bounds).fold(Aabb::EMPTY, Aabb::union);
     let free = point_lights.iter().map(PointLightDesc::light);
     let (delta, around): (Vec<Light>, Vec<Light>) =
@@ -48,7 +48,7 @@ fn compile<E>(
         traversal,
         surfaces,
         materials,
-        lambertian,
+        gists,
         lights,
         camera,
         point_lights,
@@ -73,14 +73,6 @@ fn without_idle_coordinates(mesh: Mesh, materials: &[Material]) -> Mesh {
     let pictured = |&material: &u32| !materials[material as usize].textures.is_none();
     let uvs = if mesh.materials.iter().any(pictured) { mesh.uvs } else { None };
     Mesh { uvs, ..mesh }
-}
-
-/// The albedo of what is Lambertian and the same everywhere.
-fn lambertian(material: &Material) -> Option<Rgb> {
-    match material.bsdf {
-        Bsdf::Diffuse { albedo } if material.textures.is_none() => Some(albedo),
-        _ => None,
-    }
 }
 
 /// The order of the surfaces is that of the ray tracer's geometry numbers.

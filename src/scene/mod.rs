@@ -13,6 +13,7 @@ mod compile;
 mod desc;
 mod direct;
 mod error;
+mod gist;
 mod load;
 mod mesh;
 mod places;
@@ -37,14 +38,15 @@ pub use surface::{Receiver, SurfaceHit, keeps_clear_of_edges};
 pub use surface_packet::SurfacePacket;
 pub use tracer::{Traversal, TraversalError};
 
+use gist::Gist;
 use surface::Surface;
 use tracer::Tracer;
 
-use crate::bsdf::{Bsdf, SPECULAR, Scattering, Transport};
+use crate::bsdf::{Bsdf, GlossyLobe, SPECULAR, Scattering, Transport};
 use crate::camera::Camera;
 use crate::embree::PACKET;
 use crate::light::{Light, Lights};
-use crate::math::{Aabb, Ray, Rgb};
+use crate::math::{Aabb, Ray, Rgb, Vec2};
 
 /// A traceable scene: immutable, so that any number of threads may query it.
 #[derive(Debug)]
@@ -53,8 +55,8 @@ pub struct Scene {
     traversal: Traversal,
     surfaces: Vec<Surface>,
     materials: Vec<Material>,
-    /// Of each material, what most surfaces need alone: its albedo, where it is Lambertian and the same everywhere.
-    lambertian: Vec<Option<Rgb>>,
+    /// Of each material, what most paths need alone.
+    gists: Vec<Gist>,
     lights: Lights,
     camera: Camera,
     /// As the scene describes them, those without power, too.
@@ -136,25 +138,25 @@ impl Scene {
 
     /// The diffuse share of the surface at `hit` as it is seen: see [`Bsdf::albedo`].
     pub fn albedo(&self, hit: &SurfaceHit) -> Rgb {
-        match self.lambertian[hit.material as usize] {
-            Some(albedo) => albedo,
-            None => self.look(hit, |bsdf| bsdf.albedo(hit.normal.dot(hit.wo))),
+        match self.gists[hit.material as usize] {
+            Gist::Lambertian(albedo) | Gist::Uniform(albedo) => albedo,
+            Gist::Rough => Rgb::ZERO,
+            Gist::Varying => self.look(hit, |bsdf| bsdf.albedo(hit.normal.dot(hit.wo))),
         }
     }
 
     /// The surface at `hit` as light arrives there that is seen along `hit.wo`.
     pub fn receiver(&self, hit: &SurfaceHit) -> Receiver {
-        match self.lambertian[hit.material as usize] {
-            Some(_) => hit.receiver(),
-            None => hit.receiver().under(self.look(hit, Bsdf::coat)),
+        match self.gists[hit.material as usize] {
+            Gist::Lambertian(_) | Gist::Uniform(_) | Gist::Rough => hit.receiver(),
+            Gist::Varying => hit.receiver().under(self.look(hit, Bsdf::coat)),
         }
     }
 
-    /// All lobes of the surface at `hit` for a path that arrives there; of a rough one once a facet is drawn
-    /// ([`Scattering::with_facet`]).
+    /// All lobes of the surface at `hit` for a path that arrives there; none of a rough one ([`Scene::scatter_by`]).
     pub fn scatter(&self, hit: &SurfaceHit, transport: Transport) -> Scattering {
         // The frame is the dearest part, and a diffuse surface has no use for it.
-        if let Some(albedo) = self.lambertian[hit.material as usize] {
+        if let Gist::Lambertian(albedo) = self.gists[hit.material as usize] {
             return Scattering::diffuse(albedo);
         }
         self.look(hit, |bsdf| match bsdf {
@@ -162,6 +164,34 @@ impl Scene {
             Bsdf::Diffuse { albedo } => Scattering::diffuse(*albedo),
             bsdf => bsdf.scatter(hit.wo_local(), transport),
         })
+    }
+
+    /// The same by a facet where the surface is rough, which `u` draws: two numbers of the unit square.
+    // Inlined for the same reason as `Scene::glossy`.
+    #[inline(always)]
+    pub fn scatter_by(&self, hit: &SurfaceHit, transport: Transport, u: impl FnOnce() -> Vec2) -> Scattering {
+        if self.is_rough(hit) {
+            self.look(hit, |bsdf| bsdf.scatter_by(hit.wo_local(), transport, u))
+        } else {
+            self.scatter(hit, transport)
+        }
+    }
+
+    /// The rough share of the surface at `hit`, for a path that arrives there.
+    // Inlined, since most surfaces are smooth.
+    #[inline(always)]
+    pub fn glossy(&self, hit: &SurfaceHit, transport: Transport) -> Option<GlossyLobe> {
+        if self.is_rough(hit) { self.rough_share(hit, transport) } else { None }
+    }
+
+    #[inline(never)]
+    fn rough_share(&self, hit: &SurfaceHit, transport: Transport) -> Option<GlossyLobe> {
+        self.look(hit, |bsdf| bsdf.glossy(hit.wo_local(), transport))
+    }
+
+    /// Whether the surface at `hit` is nothing but facets.
+    fn is_rough(&self, hit: &SurfaceHit) -> bool {
+        self.gists[hit.material as usize] == Gist::Rough
     }
 
     /// The radiance from where a ray points that meets nothing.

@@ -1,3 +1,4 @@
+use super::gist::Gist;
 use super::surface::Geometry;
 use super::{HitPacket, RayPacket, Row, Scene};
 use crate::bsdf::Bsdf;
@@ -51,9 +52,11 @@ impl Scene {
         for lane in 0..rays.len.min(PACKET) {
             let Some(hit) = hits.hit(lane) else { continue };
             let surface = self.surfaces[hit.geometry as usize].at(&rays.ray(lane), &hit);
-            let (albedo, is_diffuse) = match self.lambertian[surface.material as usize] {
-                Some(albedo) => (albedo, true),
-                None => self.diffuse_share(&rays.ray(lane), &surface),
+            let (albedo, is_diffuse) = match self.gists[surface.material as usize] {
+                Gist::Lambertian(albedo) => (albedo, true),
+                Gist::Uniform(share) => (share, false),
+                Gist::Rough => (Rgb::ZERO, false),
+                Gist::Varying => self.diffuse_share(&rays.ray(lane), &surface),
             };
             surfaces.set(lane, &surface, albedo);
             found |= 1 << lane;
@@ -62,7 +65,7 @@ impl Scene {
         (surfaces.found, surfaces.lambertian) = (found, lambertian);
     }
 
-    /// The diffuse share of what is not the same Lambertian everywhere, and whether it is Lambertian.
+    /// The diffuse share of what is not the same everywhere, and whether it is Lambertian.
     #[inline(never)]
     fn diffuse_share(&self, ray: &Ray, surface: &Geometry) -> (Rgb, bool) {
         let material = &self.materials[surface.material as usize];
