@@ -8,10 +8,11 @@ use std::sync::Arc;
 use caustica::bsdf::{Bsdf, Ggx, Interface, METALS, Plastic, RoughSurface};
 use caustica::film::Image;
 use caustica::math::{Ray, Rgb, Vec3};
+use caustica::ppm::{Aiming, Guiding, Kinds, Settings};
 use caustica::scene::{Material, Scene, SceneDesc};
 use caustica::texture::Texture;
-use common::agree::{BLOCK, assert_agree, in_blocks, photon_mapped};
-use common::{blocks_seen_diffuse, desc, light_traced, path_traced, under_a_lamp};
+use common::agree::{BLOCK, assert_agree, in_blocks, photon_mapped, photon_mapped_by};
+use common::{blocks_seen_diffuse, desc, light_traced, path_traced, settings, under_a_lamp};
 
 fn rough(alpha: f32, interface: Interface) -> Bsdf {
     Bsdf::Rough(RoughSurface { facets: Ggx { alpha }, interface })
@@ -112,5 +113,39 @@ fn a_picture_lies_on_a_quad_as_its_corners_say() {
         let over = corners[corner].lerp(middle, 0.5) + 50.0 * Vec3::Y;
         let hit = scene.intersect(&Ray::new(over, Vec3::NEG_Y)).unwrap();
         assert!((scene.albedo(&hit).x - 0.2 * pixel as f32).abs() < 1e-3, "{corner}: {}", scene.albedo(&hit));
+    }
+}
+
+/// A glass ball over a floor, under a point light. Its caustic lies across the diagonal: on a white half and a rough one.
+fn caustic_on(rough_half: Bsdf) -> Scene {
+    let mut desc = balls(Bsdf::Dielectric { ior: 1.5 }, gold());
+    desc.meshes.truncate(1);
+    desc.meshes[0].materials[0] = desc.materials.len() as u32;
+    desc.materials.push(Material::plain("rough", rough_half, Rgb::ZERO));
+    desc.spheres.truncate(1);
+    (desc.spheres[0].center, desc.spheres[0].radius) = (Vec3::new(0.0, 25.0, 10.0), 15.0);
+    desc.point_lights[0].position = Vec3::new(-40.0, 90.0, -10.0);
+    (desc.camera.position, desc.camera.look_at) = (Vec3::new(0.0, 100.0, 110.0), Vec3::new(8.0, 0.0, 18.0));
+    desc.camera.fov_degrees = 30.0;
+    Scene::new(desc).unwrap()
+}
+
+/// Facets never find a point light and shadow rays do not pass glass, so photons alone bring its caustics to rough surfaces:
+/// naturally, aimed and guided, and joined with those on diffuse walls.
+#[test]
+fn caustics_of_a_point_light_lie_on_rough_surfaces() {
+    let scene = caustic_on(rough(0.5, copper()));
+    let expected = in_blocks(&light_traced(&scene, 1000));
+    let pixels = blocks_seen_diffuse(&scene, BLOCK);
+    let blocks = |k: usize| pixels[(k / 6 * BLOCK) * 48 + k % 6 * BLOCK];
+    let mask: Vec<bool> = (0..36).map(blocks).collect();
+    let (caustic_photons, guiding, kinds) = (Aiming::Photons(0), Guiding::Off, Kinds::Together);
+    let natural = Settings { caustic_photons, guiding, kinds, ..settings(&scene) };
+    for settings in [
+        Settings { caustic_photons: Aiming::Photons(30_000), ..natural },
+        Settings { caustic_photons: Aiming::Photons(30_000), guiding: Guiding::On, ..natural },
+        Settings { kinds: Kinds::Apart, ..natural },
+    ] {
+        assert_agree(&photon_mapped_by(&scene, settings), &expected, 1, 0.03, Some(&mask));
     }
 }

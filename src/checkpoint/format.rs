@@ -6,7 +6,7 @@ use super::{Checkpoint, FormatError};
 
 const MARK: [u8; 16] = *b"caustica render\n";
 /// To be raised whenever what stands in [`Checkpoint`] changes.
-const LAYOUT: u32 = 4;
+const LAYOUT: u32 = 5;
 const HEADER: usize = MARK.len() + size_of::<u32>();
 /// Numbers come eight bytes at a time.
 const BUFFER: usize = 1 << 16;

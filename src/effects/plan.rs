@@ -75,6 +75,8 @@ pub struct Plan {
     pub refraction: bool,
     /// Whether any path of light or from the eye may meet a surface that mirrors or refracts.
     pub casters: bool,
+    /// Whether caustics are collected on rough surfaces.
+    pub glints: bool,
     /// Whether light reaches a specular surface, so that photons aimed at such could help.
     pub can_aim: bool,
     /// Whether photons guided to what is seen could help.
@@ -119,14 +121,12 @@ impl Plan {
             on
         };
         let photons = decide(PHOTONS, rules::photons(facts, classes));
+        let glints = decide(GLINTS, rules::glints(facts));
         let refraction = decide("refraction", rules::refraction(facts));
         let can_aim = decide(AIMING, rules::aiming(facts, classes));
         let can_guide = decide(GUIDING, rules::guiding(facts, classes));
         let retraced = decide(RETRACING, rules::retracing(facts));
         let eye_paths = if retraced { EyePaths::Retraced } else { EyePaths::Fixed };
-        if let Some(missing) = rules::caustics_on_rough_surfaces(facts) {
-            decisions.push(Decision::of("caustics on rough surfaces", Err(missing)));
-        }
         let casters = rules::casters(facts).is_ok();
         let mut dropped_numbers: Vec<u32> =
             dropped_lights.iter().flat_map(|dropped| dropped.numbers.iter().copied()).collect();
@@ -137,6 +137,7 @@ impl Plan {
             photons,
             refraction,
             casters,
+            glints,
             can_aim,
             can_guide,
             dropped_lights,
@@ -185,9 +186,15 @@ impl Plan {
             return self;
         }
         self.classes = self.classes.and([PathClass::Direct].into_iter().collect());
-        (self.photons, self.can_aim, self.can_guide) = (false, false, false);
-        let by_photons =
-            [PHOTONS, AIMING, GUIDING, light_name(PathClass::Caustic), light_name(PathClass::Indirect)];
+        (self.photons, self.glints, self.can_aim, self.can_guide) = (false, false, false, false);
+        let by_photons = [
+            PHOTONS,
+            GLINTS,
+            AIMING,
+            GUIDING,
+            light_name(PathClass::Caustic),
+            light_name(PathClass::Indirect),
+        ];
         for decision in self.decisions.iter_mut().filter(|d| d.on && by_photons.contains(&d.what.as_str())) {
             decision.on = false;
             decision.because = "the eye paths found no surface that reflects diffusely".into();
@@ -196,6 +203,7 @@ impl Plan {
     }
 }
 
+const GLINTS: &str = "caustics on rough surfaces";
 const RETRACING: &str = "eye paths anew in each pass";
 const PHOTONS: &str = "photon passes";
 const AIMING: &str = "aimed photons";

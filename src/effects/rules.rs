@@ -168,6 +168,9 @@ pub(super) fn photons(facts: &Facts, classes: PathClasses) -> Verdict {
             classes.iter().filter(|class| *class != PathClass::Direct).map(PathClass::name).collect();
         return Ok(format!("they bring {} light", brought.join(" and ")));
     }
+    if glints(facts).is_ok() {
+        return Ok("they bring caustics on rough surfaces".into());
+    }
     facts.light.clone()?;
     facts.receiver.clone()?;
     Err("nothing is left but direct light, which shadow rays bring".into())
@@ -216,16 +219,18 @@ pub(super) fn retracing(facts: &Facts) -> Verdict {
     facts.lens.clone().or_else(filter).or_else(|why| otherwise(&facts.any_rough, why))
 }
 
-/// The one kind of light that this renderer lacks, where a scene has it: `None` where no path brings any.
+/// Whether caustics are collected on rough surfaces.
 ///
-/// Light without extent that was mirrored or refracted is brought by photons alone, and those are gathered on diffuse surfaces. On its
-/// way to the eye over a rough one, `L S+ G (S | G)* E`, nothing finds it.
-pub(super) fn caustics_on_rough_surfaces(facts: &Facts) -> Option<String> {
-    let (rough, points) = (facts.rough.as_ref().ok()?, facts.points.as_ref().ok()?);
-    facts.caster.as_ref().ok()?;
-    Some(format!(
-        "photons are gathered on diffuse surfaces alone: {rough} shows none of the light of {points} that was mirrored or refracted before"
-    ))
+/// Proof: facets find whatever has an extent, and shadow rays what was neither mirrored nor refracted. What is left on the way to the eye
+/// over a rough surface, `L S+ G (S | G)* E`, begins at a light without extent and meets a caster; where there is none of the three, no
+/// such path is.
+pub(super) fn glints(facts: &Facts) -> Verdict {
+    if !facts.asked.contains(PathClass::Caustic) {
+        return Err("not asked for".into());
+    }
+    let (rough, _) = (facts.rough.clone()?, facts.caster.clone()?);
+    let points = facts.points.clone()?;
+    Ok(format!("{rough} shows the light of {points} that was mirrored or refracted before"))
 }
 
 /// Lights that are left out.
@@ -536,13 +541,15 @@ mod tests {
         let with_rough = plan(&desc);
         assert_eq!(with_rough.eye_paths, EyePaths::Retraced);
         assert!(with_rough.casters && !with_rough.can_aim && decision(&with_rough, "rough surfaces").0);
-        assert!(with_rough.decisions.iter().all(|d| d.what != "caustics on rough surfaces"));
+        assert!(!with_rough.glints, "nothing makes caustics");
         desc.spheres.push(ball(Vec3::new(0.5, -0.5, 0.0), 0.2, GLASS));
-        assert!(!decision(&plan(&desc), "caustics on rough surfaces").0);
+        assert!(plan(&desc).glints && decision(&plan(&desc), "caustics on rough surfaces").0);
+        let direct_alone = [PathClass::Direct].into_iter().collect();
+        assert!(!Plan::of(&scene(desc.clone()), direct_alone).glints, "not asked for");
         // A lamp in place of the point: facets find it.
         desc.point_lights.clear();
         desc.meshes.push(ceiling("lamp", Vec3::new(0.0, 0.9, 0.0), 0.1, LAMP));
-        assert!(plan(&desc).decisions.iter().all(|d| d.what != "caustics on rough surfaces"));
+        assert!(!plan(&desc).glints);
     }
 
     /// Light from afar stays outside of a closed room, and comes in where a triangle is missing.

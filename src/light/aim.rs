@@ -41,6 +41,8 @@ struct Source {
 /// The start of an aimed photon.
 #[derive(Clone, Copy, Debug)]
 pub struct AimedSample {
+    /// The number of its light, as [`Lights::sample_numbered_emission`] counts.
+    pub light: usize,
     /// Where it starts, already off the light's surface.
     pub origin: Vec3,
     /// Where it goes, unit.
@@ -91,7 +93,7 @@ impl Aim {
         // Rounding may take a direction out of all cones; then it lies beside the ball.
         let power =
             if ratio > 0.0 && ratio < f64::INFINITY { emitter.flux / *probability as f32 } else { Rgb::ZERO };
-        AimedSample { origin, dir, power, ratio }
+        AimedSample { light, origin, dir, power, ratio }
     }
 
     /// `r` of a photon that leaves the light of this number (as [`Lights::sample_numbered_emission`] counts) from `origin`,

@@ -54,6 +54,11 @@ impl Lights {
         !self.area.is_empty()
     }
 
+    /// Whether the light of this number, in the order of [`Lights::iter`], has no extent.
+    pub fn is_delta(&self, number: usize) -> bool {
+        number < self.delta.len()
+    }
+
     /// How many lights there are.
     pub fn len(&self) -> usize {
         self.delta.len() + self.area.len()

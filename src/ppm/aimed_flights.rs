@@ -25,6 +25,8 @@ struct Flight {
     power: Rgb,
     ratio: f32,
     path: u64,
+    /// Whether its light has no extent.
+    is_from_point: bool,
 }
 
 impl Flight {
@@ -53,8 +55,13 @@ impl AimedFlights {
         self.flights.extend(paths.filter_map(|path| {
             let photon = mixture.aim.sample(&mut numbers(course, path, 0));
             let power = photon.power * mixture.weight(photon.ratio);
-            let flight =
-                Flight { ray: Ray::new(photon.origin, photon.dir), power, ratio: photon.ratio as f32, path };
+            let flight = Flight {
+                ray: Ray::new(photon.origin, photon.dir),
+                power,
+                ratio: photon.ratio as f32,
+                path,
+                is_from_point: course.stage.lights.is_delta(photon.light),
+            };
             flight.has_power().then_some(flight)
         }));
         ledger.dropped += ledger.emitted - self.flights.len() as u64;
@@ -102,11 +109,13 @@ fn arrive(
 ) -> Option<Flight> {
     let mut rng = numbers(course, flight.path, segment);
     let scattering = course.stage.scene.scatter_by(hit, Transport::Power, || rng.next_vec2());
+    let arrived = Photon { wi: hit.wo, ng: hit.receiver().ng, power: flight.power };
+    if segment > 1 && flight.is_from_point && course.stage.collects_glints_at(hit) {
+        chunk.glints.push(hit.p, arrived);
+    }
     if segment > 1 && scattering.albedo.max_element() > 0.0 {
         let enters = scattering.coat.transmittance(hit.normal.dot(hit.wo));
-        let photon = Photon { wi: hit.wo, ng: hit.receiver().ng, power: flight.power * enters };
-        chunk.caustic.positions.push(hit.p);
-        chunk.caustic.photons.push(photon);
+        chunk.caustic.push(hit.p, Photon { power: flight.power * enters, ..arrived });
         chunk.ratios.push(flight.ratio);
         chunk.ledger.deposited += 1;
     }

@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::{HitPoint, HitPoints, Settings, Stage};
+use super::{GlossyPoint, HitPoint, HitPoints, Settings, Stage};
 use crate::bsdf::{Choice, Event, Scattering, Transport};
 use crate::math::{Ray, Rgb, Rng, Stream, Vec2, mean};
 use crate::scene::{Coherence, Scene, SurfaceHit};
@@ -18,6 +18,8 @@ use crate::scene::{Coherence, Scene, SurfaceHit};
 pub struct EyePass {
     /// The hit points, tile by tile of the picture.
     pub hit_points: HitPoints,
+    /// Points of rough surfaces, where caustics are collected there; tile by tile.
+    pub glossy_points: Vec<GlossyPoint>,
     /// Radiance of the lights that are seen directly or along specular chains, by pixel.
     pub emitted: Vec<Rgb>,
     /// Rays traced; those from rough surfaces to lights are among them.
@@ -53,6 +55,7 @@ pub fn trace<'a>(stage: impl Into<Stage<'a>>, settings: &Settings, pass: u32) ->
     let share = 1.0 / (f64::from(width) * f64::from(height));
     EyePass {
         emitted,
+        glossy_points: tiles.iter().flat_map(|tile| &tile.glossy_points).copied().collect(),
         rays: tiles.iter().map(|tile| tile.rays).sum(),
         cut_weight: share * tiles.iter().map(|tile| tile.cut_weight).sum::<f64>(),
         hit_points: HitPoints::new(tiles.into_iter().map(|tile| tile.hit_points).collect()),
@@ -87,6 +90,7 @@ struct Course<'a> {
 #[derive(Default)]
 struct Tile {
     hit_points: Vec<HitPoint>,
+    glossy_points: Vec<GlossyPoint>,
     /// Radiance of lights, with the pixel that sees it.
     emitted: Vec<(u32, Rgb)>,
     rays: u64,
@@ -302,7 +306,8 @@ impl EyeTrees<'_> {
         let length = branch.length + hit.t;
         let albedo = scene.albedo(hit);
         if albedo != Rgb::ZERO {
-            self.leave_hit_point(branch.weight * albedo / PI, branch.pixel, length, hit);
+            let hit_point = self.hit_point(branch.weight * albedo / PI, branch.pixel, length, hit);
+            self.tile.hit_points.push(hit_point);
         }
         if self.course.stage.casters {
             self.branch_on(branch, length, hit, waiting);
@@ -312,7 +317,7 @@ impl EyeTrees<'_> {
     /// Follows the specular lobes, or those of a facet: all of them, or one chosen by roulette where the branch is faint.
     fn branch_on(&mut self, branch: &Branch, length: f32, hit: &SurfaceHit, waiting: &mut [Front; 2]) {
         let settings = self.course.settings;
-        let scattering = self.scattering(branch, hit);
+        let scattering = self.scattering(branch, length, hit);
         let mut go_on = |event: Event, wi, factor, pdf_w| {
             let branch = branch.after(event, pdf_w, branch.weight * factor, length);
             let Some(ray) = hit.continue_along(event, hit.frame().to_world(wi)) else { return };
@@ -335,11 +340,15 @@ impl EyeTrees<'_> {
     /// added up.
     // Inlined for the same reason as `Surface::at`.
     #[inline(always)]
-    fn scattering(&mut self, branch: &Branch, hit: &SurfaceHit) -> Scattering {
-        let Stage { scene, lights, .. } = self.course.stage;
+    fn scattering(&mut self, branch: &Branch, length: f32, hit: &SurfaceHit) -> Scattering {
+        let Stage { scene, lights, glints, .. } = self.course.stage;
         let Some(glossy) = scene.glossy(hit, Transport::Camera) else {
             return scene.scatter(hit, Transport::Camera);
         };
+        if glints {
+            let hit_point = self.hit_point(branch.weight, branch.pixel, length, hit);
+            self.tile.glossy_points.push(GlossyPoint { hit_point, normal: hit.normal, lobe: glossy });
+        }
         let mut rng = branch.rng(Stream::Facet, self.course);
         let facet = rng.next_vec2();
         let (radiance, rays) = scene.direct_on_rough(lights, hit, &glossy, &mut rng);
@@ -348,10 +357,10 @@ impl EyeTrees<'_> {
         scene.scatter_by(hit, Transport::Camera, || facet)
     }
 
-    fn leave_hit_point(&mut self, reflectance: Rgb, pixel: u32, length: f32, hit: &SurfaceHit) {
+    fn hit_point(&self, reflectance: Rgb, pixel: u32, length: f32, hit: &SurfaceHit) -> HitPoint {
         let receiver = self.course.stage.scene.receiver(hit);
         let footprint = length * self.pixel_width;
-        self.tile.hit_points.push(HitPoint { receiver, reflectance, pixel, footprint });
+        HitPoint { receiver, reflectance, pixel, footprint }
     }
 }
 

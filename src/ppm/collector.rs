@@ -1,11 +1,12 @@
 //! Photons of some kinds of paths, gathered with radii of their own.
 
+use super::gather::Receivers;
 use super::gather_by_pixel::gather_by_pixel;
 use super::pixel_lists::PixelLists;
 use super::radius_floor::RadiusFloor;
 use super::statistic::Statistics;
 use super::statistics::{CollectorStatistics, RadiusRange};
-use super::{EyePaths, Facets, Found, GatherState, HitPoint, Photons, Settings, gather};
+use super::{EyePaths, Found, GatherState, HitPoint, Photons, Settings, gather};
 use crate::bvh::SphereBvh;
 use crate::effects::PathClasses;
 
@@ -57,7 +58,7 @@ pub(super) struct Collector {
 #[derive(Clone, Copy)]
 pub(super) struct View<'a> {
     pub hit_points: &'a [HitPoint],
-    pub facets: &'a Facets,
+    pub receivers: Receivers<'a>,
     /// The hit points of each pixel, where pixels keep the statistics.
     pub lists: Option<&'a PixelLists>,
 }
@@ -92,8 +93,8 @@ impl Collector {
         let own_alpha = settings.policy.own_alpha(settings.alpha);
         let Collector { tree, states, .. } = self;
         let found = match view.lists {
-            None => gather::gather(tree, view.facets, photons, own_alpha, states),
-            Some(lists) => gather_by_pixel(tree, view.facets, photons, own_alpha, lists, states),
+            None => gather::gather(tree, view.receivers, photons, own_alpha, states),
+            Some(lists) => gather_by_pixel(tree, view.receivers, photons, own_alpha, lists, states),
         };
         let ratio = settings.policy.common_ratio(settings.alpha, pass);
         if let Some(ratio) = ratio {

@@ -14,8 +14,7 @@ use crate::math::{DVec3, Rgb};
 
 pub(super) fn picture(render: &Render) -> Image {
     image(render, |pixel| {
-        let by_photons = render.collectors.iter().map(|collector| from_photons(render, collector, pixel));
-        let layers = iter::once(direct(render, pixel)).chain(by_photons);
+        let layers = iter::once(direct(render, pixel)).chain(by_photons(render, pixel));
         layers.map(DVec3::as_vec3).sum::<Rgb>().as_dvec3()
     })
 }
@@ -31,6 +30,7 @@ pub(super) fn layer(render: &Render, class: PathClass) -> Option<Image> {
     match render.collector(class) {
         Some(collector) if collector.classes.iter().count() > 1 => None,
         Some(collector) => Some(image(render, |pixel| from_photons(render, collector, pixel))),
+        None if class == PathClass::Caustic => Some(image(render, |pixel| from_glints(render, pixel))),
         None => Some(image(render, |_| DVec3::ZERO)),
     }
 }
@@ -43,15 +43,31 @@ fn direct(render: &Render, pixel: usize) -> DVec3 {
     }
 }
 
+/// The radiance of a pixel by photons, collector by collector; that of rough surfaces goes with the other caustics.
+fn by_photons(render: &Render, pixel: usize) -> impl Iterator<Item = DVec3> {
+    let alone = render.collector(PathClass::Caustic).is_none();
+    let collected = render.collectors.iter().map(move |collector| from_photons(render, collector, pixel));
+    collected.chain(alone.then(|| from_glints(render, pixel)))
+}
+
 /// The radiance of a pixel by the photons of one collector.
 fn from_photons(render: &Render, collector: &Collector, pixel: usize) -> DVec3 {
-    render.pixel_lists().reflected(pixel, |p| collector.state(p).irradiance(render.emitted_photons))
+    let irradiance = |p| collector.state(p).irradiance(render.emitted_photons);
+    let reflected = render.pixel_lists().reflected(pixel, irradiance);
+    match collector.classes.contains(PathClass::Caustic) {
+        true => reflected + from_glints(render, pixel),
+        false => reflected,
+    }
+}
+
+/// The radiance of a pixel by caustics on rough surfaces.
+fn from_glints(render: &Render, pixel: usize) -> DVec3 {
+    render.glints.as_ref().map_or(DVec3::ZERO, |glints| glints.radiance(pixel, render.emitted_photons))
 }
 
 /// The radiance of a pixel, of all light found so far.
 pub(super) fn radiance(render: &Render, pixel: usize) -> DVec3 {
-    let by_photons = render.collectors.iter().map(|collector| from_photons(render, collector, pixel));
-    direct(render, pixel) + by_photons.sum::<DVec3>()
+    direct(render, pixel) + by_photons(render, pixel).sum::<DVec3>()
 }
 
 /// The part of [`radiance`] that changes from pass to pass.
@@ -63,15 +79,17 @@ pub(super) fn noisy_radiance(render: &Render, pixel: usize) -> DVec3 {
     };
     let photons = |p| render.collectors.iter().map(|collector| from(collector, p)).sum::<DVec3>();
     let lists = render.pixel_lists();
-    match &render.direct {
-        _ if !render.plan.classes.contains(PathClass::Direct) => lists.reflected(pixel, photons),
-        DirectLight::Retraced { light, .. } => light.radiance(pixel) + lists.reflected(pixel, photons),
-        DirectLight::Fixed { pass, .. } if !pass.is_sampled() => lists.reflected(pixel, photons),
-        // One walk for all: estimates of the error read every hit point again and again.
-        DirectLight::Fixed { pass, .. } => {
-            lists.reflected(pixel, |p| photons(p) + pass.irradiance_from_areas(p))
+    let glints = from_glints(render, pixel);
+    glints
+        + match &render.direct {
+            _ if !render.plan.classes.contains(PathClass::Direct) => lists.reflected(pixel, photons),
+            DirectLight::Retraced { light, .. } => light.radiance(pixel) + lists.reflected(pixel, photons),
+            DirectLight::Fixed { pass, .. } if !pass.is_sampled() => lists.reflected(pixel, photons),
+            // One walk for all: estimates of the error read every hit point again and again.
+            DirectLight::Fixed { pass, .. } => {
+                lists.reflected(pixel, |p| photons(p) + pass.irradiance_from_areas(p))
+            }
         }
-    }
 }
 
 /// The picture of what each pixel is given, computed side by side.

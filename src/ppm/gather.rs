@@ -3,16 +3,17 @@
 use std::marker::PhantomData;
 use std::ops::{Add, Range};
 
+use super::gather_glossy::GlossyGatherer;
 use super::lane_parts::{LaneParts, PartArrays};
 use super::statistic::{Gathers, Statistics};
-use super::{Facets, PassSum, Photon, Photons};
+use super::{Facets, GlossyPoint, PassSum, Photon, Photons};
 use crate::bvh::{Gatherer, Leaf, Radii, SphereBvh};
 use crate::math::{DVec3, Rgb};
 use crate::scene::Receiver;
 use crate::simd::{Isa, LANES, LaneVec3, Lanes, Mask};
 
 /// Photons whose surface is turned further than this away from the hit point's lie on another wall.
-const MIN_NORMAL_COSINE: f32 = 1e-3;
+pub(super) const MIN_NORMAL_COSINE: f32 = 1e-3;
 
 /// The flux (W) that a photon within the radius brings to the side of the surface that is seen.
 ///
@@ -41,33 +42,49 @@ impl Add for Found {
     }
 }
 
+/// What photons arrive at, in the order of the tree.
+#[derive(Clone, Copy)]
+pub(super) enum Receivers<'a> {
+    /// The Lambertian share of surfaces.
+    Diffuse(&'a Facets),
+    /// Rough surfaces.
+    Glossy(&'a [GlossyPoint]),
+}
+
 /// One pass: adds the photons, shrinks the radii by `alpha` and lets the tree follow, in one walk through it.
 ///
 /// A hit point sums its photons by their numbers.
 pub(super) fn gather(
     tree: &mut SphereBvh,
-    facets: &Facets,
+    receivers: Receivers,
     photons: &Photons,
     alpha: f64,
     statistics: &mut Statistics,
 ) -> Found {
     match statistics {
-        Statistics::Double(states) => gather_into(tree, facets, photons, alpha, states),
-        Statistics::Single(states) => gather_into(tree, facets, photons, alpha, states),
-        Statistics::Tested(states) => gather_into(tree, facets, photons, alpha, states),
+        Statistics::Double(states) => gather_into(tree, receivers, photons, alpha, states),
+        Statistics::Single(states) => gather_into(tree, receivers, photons, alpha, states),
+        Statistics::Tested(states) => gather_into(tree, receivers, photons, alpha, states),
     }
 }
 
 /// The same for states of one kind.
 pub(super) fn gather_into<S: Gathers>(
     tree: &mut SphereBvh,
-    facets: &Facets,
+    receivers: Receivers,
     photons: &Photons,
     alpha: f64,
     states: &mut [S],
 ) -> Found {
-    let gatherer = PhotonGatherer { facets, photons, alpha, state: PhantomData };
-    tree.gather_with(Isa::best(), &photons.positions(), states, &gatherer)
+    let (isa, positions, state) = (Isa::best(), photons.positions(), PhantomData);
+    match receivers {
+        Receivers::Diffuse(facets) => {
+            tree.gather_with(isa, &positions, states, &PhotonGatherer { facets, photons, alpha, state })
+        }
+        Receivers::Glossy(points) => {
+            tree.gather_with(isa, &positions, states, &GlossyGatherer { points, photons, alpha, state })
+        }
+    }
 }
 
 struct PhotonGatherer<'a, S> {
@@ -78,9 +95,16 @@ struct PhotonGatherer<'a, S> {
 }
 
 /// The photons of a task, close together, and what became of them.
-struct Task {
-    photons: Vec<Photon>,
-    found: Found,
+pub(super) struct Task {
+    pub photons: Vec<Photon>,
+    pub found: Found,
+}
+
+impl Task {
+    /// With the photons of these numbers.
+    pub fn of(photons: &Photons, numbers: &[u32]) -> Task {
+        Task { photons: photons.pick(numbers), found: Found::default() }
+    }
 }
 
 impl<S: Gathers> Gatherer for PhotonGatherer<'_, S> {
@@ -89,7 +113,7 @@ impl<S: Gathers> Gatherer for PhotonGatherer<'_, S> {
     type Tally = Found;
 
     fn begin(&self, points: Vec<u32>) -> Task {
-        Task { photons: self.photons.pick(&points), found: Found::default() }
+        Task::of(self.photons, &points)
     }
 
     #[inline(always)]
@@ -201,15 +225,15 @@ impl<L: Lanes> LaneSums<L> {
 }
 
 /// What the end of a pass did to the hit points of a leaf.
-struct Closed {
-    radii: Radii,
+pub(super) struct Closed {
+    pub radii: Radii,
     /// Photons accepted by any of them.
-    accepted: u64,
+    pub accepted: u64,
 }
 
 /// Closes the pass for the hit points of a leaf, those that accepted photons.
 #[inline(always)]
-fn close<S: Gathers>(
+pub(super) fn close<S: Gathers>(
     states: &mut [S],
     radii: &mut [f32],
     mut touched: Mask,

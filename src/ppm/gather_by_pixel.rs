@@ -9,10 +9,10 @@
 use rayon::prelude::*;
 
 use super::evenness::PartSums;
-use super::gather::gather_into;
+use super::gather::{Receivers, gather_into};
 use super::pixel_lists::PixelLists;
 use super::statistic::{Gathers, Statistic, Statistics};
-use super::{Facets, Found, PassSum, Photons};
+use super::{Found, PassSum, Photons};
 use crate::bvh::SphereBvh;
 use crate::math::mean;
 
@@ -22,29 +22,29 @@ use crate::math::mean;
 /// A pixel sums its hit points in the order of its list.
 pub(super) fn gather_by_pixel(
     tree: &mut SphereBvh,
-    facets: &Facets,
+    receivers: Receivers,
     photons: &Photons,
     alpha: f64,
     lists: &PixelLists,
     pixels: &mut Statistics,
 ) -> Found {
     match pixels {
-        Statistics::Double(pixels) => fold::<_, Sum>(tree, facets, photons, alpha, lists, pixels),
-        Statistics::Single(pixels) => fold::<_, Sum>(tree, facets, photons, alpha, lists, pixels),
-        Statistics::Tested(pixels) => fold::<_, SumInParts>(tree, facets, photons, alpha, lists, pixels),
+        Statistics::Double(pixels) => fold::<_, Sum>(tree, receivers, photons, alpha, lists, pixels),
+        Statistics::Single(pixels) => fold::<_, Sum>(tree, receivers, photons, alpha, lists, pixels),
+        Statistics::Tested(pixels) => fold::<_, SumInParts>(tree, receivers, photons, alpha, lists, pixels),
     }
 }
 
 fn fold<S: Statistic, R: Record>(
     tree: &mut SphereBvh,
-    facets: &Facets,
+    receivers: Receivers,
     photons: &Photons,
     alpha: f64,
     lists: &PixelLists,
     pixels: &mut [S],
 ) -> Found {
     let mut records: Vec<R> = tree.radii().par_iter().map(|&radius| R::new(radius.into())).collect();
-    let found = gather_into(tree, facets, photons, alpha, &mut records);
+    let found = gather_into(tree, receivers, photons, alpha, &mut records);
     pixels.par_iter_mut().enumerate().for_each(|(pixel, state)| {
         let (mut sum, mut parts) = (PassSum::default(), PartSums::default());
         for seen in lists.of(pixel) {
@@ -143,7 +143,7 @@ impl Record for SumInParts {
 #[cfg(test)]
 mod tests {
     use super::super::photon_pass::Deposits;
-    use super::super::{HitPoint, Photon, Precision, RadiusPolicy, received};
+    use super::super::{Facets, HitPoint, Photon, Precision, RadiusPolicy, received};
     use super::*;
     use crate::bsdf::Coat;
     use crate::bvh::Sphere;
@@ -206,7 +206,8 @@ mod tests {
             let lists = PixelLists::new(&ordered, PIXELS, |h| h.reflectance);
             let (deposits, facets) = (deposits(&mut rng), Facets::of(&ordered));
             let photons = Photons(vec![&deposits]);
-            let found = gather_by_pixel(&mut tree, &facets, &photons, 0.7, &lists, &mut pixels);
+            let found =
+                gather_by_pixel(&mut tree, Receivers::Diffuse(&facets), &photons, 0.7, &lists, &mut pixels);
             let mut accepted = 0;
             for (pixel, before) in before.iter().enumerate() {
                 let (mut expected, sum) = (*before, naive(&hit_points, radius_of, &deposits, pixel));

@@ -32,6 +32,9 @@ mod flights;
 mod flux_ledger;
 mod gather;
 mod gather_by_pixel;
+mod gather_glossy;
+mod glints;
+mod glossy_point;
 mod guiding;
 mod hit_point;
 mod hit_points;
@@ -62,6 +65,7 @@ pub use facets::Facets;
 pub use features::Features;
 pub use flux_ledger::FluxLedger;
 pub use gather::{Found, received};
+pub use glossy_point::GlossyPoint;
 pub use guiding::GuidePlan;
 pub use hit_point::{GatherState, HitPoint, PassSum};
 pub use hit_points::HitPoints;
@@ -91,6 +95,8 @@ use crate::scene::Scene;
 use accuracy::{BatchMeans, sampling_step};
 use collector::{Collector, Keeper, View};
 use direct_light::DirectLight;
+use gather::Receivers;
+use glints::Glints;
 use pixel_lists::PixelLists;
 use statistics::Stopwatch;
 
@@ -102,6 +108,8 @@ pub struct Render<'s> {
     hit_points: Vec<HitPoint>,
     /// For the kinds of paths that photons bring light by, one for all or one for each.
     collectors: Vec<Collector>,
+    /// Where some light is collected on rough surfaces.
+    glints: Option<Glints>,
     /// For each pixel, where its statistics stand; made when a picture is first asked for.
     pixel_lists: OnceLock<PixelLists>,
     facets: Facets,
@@ -131,16 +139,15 @@ impl<'s> Render<'s> {
         let plan_seconds = watch.lap();
         let eye = camera_pass::trace(stage, &settings, 0);
         let eye_seconds = watch.lap();
-        let radius = settings.radius.unwrap_or_else(|| automatic_radius(&eye.hit_points));
+        let radius = settings.radius.unwrap_or_else(|| radius_of(&eye));
         let (tree, hit_points, order) = build_tree(&eye.hit_points, |_| radius as f32);
         let facets = Facets::of(&hit_points);
-        let plan = match settings.planning {
-            Planning::Derived => plan.finish_if_blind(hit_points.len() as u64),
-            Planning::Everything => plan,
-        };
+        let plan = finished(plan, &settings, hit_points.len() + eye.glossy_points.len());
         let keeper = Keeper::of(plan.eye_paths);
         let kept = (keeper, keeper.count(&hit_points, eye.emitted.len()));
         let collectors = collectors(plan.classes, tree, &hit_points, kept, radius, &settings);
+        let glints =
+            plan.glints.then(|| Glints::new(eye.glossy_points, eye.emitted.len(), radius, &settings));
         let batches = batch_means(&settings, eye.emitted.len());
         let pixel_lists = lists_of_pixels(plan.eye_paths, &hit_points, eye.emitted.len());
         let tree_seconds = watch.lap();
@@ -166,6 +173,7 @@ impl<'s> Render<'s> {
             settings,
             hit_points,
             collectors,
+            glints,
             pixel_lists,
             facets,
             plan,
@@ -207,9 +215,9 @@ impl<'s> Render<'s> {
         phases.direct = watch.lap();
         let settings = self.settings;
         let stage = Stage::new(self.scene, &self.lights, &self.plan);
-        let Render { collectors, photon_pass, facets, hit_points, direct, mixture, guide, .. } = self;
+        let Render { collectors, glints, photon_pass, facets, hit_points, direct, mixture, guide, .. } = self;
         let (mixture, guide) = (mixture.as_ref(), guide.as_ref());
-        let batch = match collectors.is_empty() {
+        let batch = match collectors.is_empty() && glints.is_none() {
             true => photon_pass.skip(),
             false => photon_pass.trace_guided(stage, &settings, self.passes, mixture, guide),
         };
@@ -217,9 +225,10 @@ impl<'s> Render<'s> {
         let (ledger, aimed) = (batch.ledger, batch.aimed);
         self.emitted_photons += ledger.emitted;
         self.passes += 1;
-        let view = View { hit_points, facets, lists: direct.view() };
+        let view = View { hit_points, receivers: Receivers::Diffuse(facets), lists: direct.view() };
         let gather = |c: &mut Collector| c.gather(view, &batch.of_any(c.classes), &settings, self.passes);
         let found: Vec<Found> = collectors.iter_mut().map(gather).collect();
+        let glints = glints.as_mut().map(|glints| glints.gather(batch, &settings, self.passes));
         phases.gather = watch.lap();
         let classes = self.raise_radii(&found);
         if self.batches.is_some() {
@@ -230,7 +239,7 @@ impl<'s> Render<'s> {
         self.close_batch(&classes);
         phases.errors = watch.lap();
         let shadow_rays = self.direct.rays() - shadow_rays_before;
-        self.statistics(phases, [ledger, aimed], classes, eye_rays + shadow_rays)
+        self.statistics(phases, [ledger, aimed], classes, glints, eye_rays + shadow_rays)
     }
 
     /// Sees what a further pass sees: the same points in other light, or other points. How many eye rays that took.
@@ -251,6 +260,9 @@ impl<'s> Render<'s> {
         let trees = vec![tree; self.collectors.len()];
         for (collector, tree) in self.collectors.iter_mut().zip(trees) {
             collector.look_at(tree, &hit_points);
+        }
+        if let Some(glints) = &mut self.glints {
+            glints.look_at(eye.glossy_points);
         }
         self.facets = Facets::of(&hit_points);
         self.hit_points = hit_points;
@@ -325,7 +337,7 @@ impl<'s> Render<'s> {
 
     /// Whether no further pass can change the picture.
     pub fn is_finished(&self) -> bool {
-        self.collectors.is_empty() && !self.direct.is_sampled()
+        self.collectors.is_empty() && self.glints.is_none() && !self.direct.is_sampled()
     }
 
     fn pixel_lists(&self) -> &PixelLists {
@@ -405,6 +417,7 @@ impl<'s> Render<'s> {
     pub fn memory_bytes(&self) -> usize {
         size_of_val(&*self.hit_points)
             + self.collectors_bytes()
+            + self.glints.as_ref().map_or(0, Glints::memory_bytes)
             + self.pixel_lists.get().map_or(0, PixelLists::memory_bytes)
             + self.batches.as_ref().map_or(0, BatchMeans::memory_bytes)
             + self.facets.memory_bytes()
@@ -420,6 +433,20 @@ fn plan_of(scene: &Scene, settings: &Settings) -> Plan {
         Planning::Everything => Plan::everything(scene, settings.transport),
     };
     plan.with_eye_paths(settings.eye_paths)
+}
+
+/// The plan after an eye pass that left so many points to collect light at.
+fn finished(plan: Plan, settings: &Settings, points: usize) -> Plan {
+    match settings.planning {
+        Planning::Derived => plan.finish_if_blind(points as u64),
+        Planning::Everything => plan,
+    }
+}
+
+/// That which the eye pass suggests: by its hit points, or by rough surfaces where there is nothing else.
+fn radius_of(eye: &EyePass) -> f64 {
+    let glossy = || HitPoints::new(vec![eye.glossy_points.iter().map(|point| point.hit_point).collect()]);
+    if eye.hit_points.is_empty() { automatic_radius(&glossy()) } else { automatic_radius(&eye.hit_points) }
 }
 
 /// Where eye paths are retraced, a pixel's statistics stand at its own place from the beginning.

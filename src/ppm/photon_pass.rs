@@ -40,6 +40,11 @@ pub struct Deposits {
 }
 
 impl Deposits {
+    pub(super) fn push(&mut self, p: Vec3, photon: Photon) {
+        self.positions.push(p);
+        self.photons.push(photon);
+    }
+
     fn clear(&mut self) {
         self.positions.clear();
         self.photons.clear();
@@ -56,6 +61,8 @@ impl Deposits {
 pub struct PhotonChunk {
     /// Photons that came by specular events alone.
     pub caustic: Deposits,
+    /// Photons of lights without extent that came by specular events alone, on rough surfaces.
+    pub glints: Deposits,
     /// Photons that bounced off a diffuse surface before.
     pub indirect: Deposits,
     /// Of every caustic photon in a mixture, how much likelier aiming makes its start.
@@ -76,6 +83,7 @@ impl PhotonChunk {
     /// Forgets everything but the memory.
     fn clear(&mut self) {
         self.caustic.clear();
+        self.glints.clear();
         self.indirect.clear();
         self.ratios.clear();
         self.ledger = Ledger::default();
@@ -83,7 +91,8 @@ impl PhotonChunk {
 
     fn memory_bytes(&self) -> usize {
         let ratios = size_of::<f32>() * self.ratios.capacity();
-        self.caustic.memory_bytes() + self.indirect.memory_bytes() + ratios
+        let deposits = [&self.caustic, &self.glints, &self.indirect];
+        deposits.into_iter().map(Deposits::memory_bytes).sum::<usize>() + ratios
     }
 }
 
@@ -110,7 +119,12 @@ impl PhotonBatch {
         Photons(self.chunks.iter().flat_map(deposits).collect())
     }
 
-    /// All photons.
+    /// The caustic photons on rough surfaces.
+    pub(super) fn glints(&self) -> Photons<'_> {
+        Photons(self.chunks.iter().map(|chunk| &chunk.glints).collect())
+    }
+
+    /// All photons on diffuse surfaces.
     pub fn photons(&self) -> impl Iterator<Item = &Photon> {
         self.chunks.iter().flat_map(|chunk| chunk.caustic.photons.iter().chain(&chunk.indirect.photons))
     }

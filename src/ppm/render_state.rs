@@ -8,6 +8,7 @@ use super::Render;
 use super::accuracy::BatchMeans;
 use super::collector::{Collector, Keeper};
 use super::direct_light::DirectState;
+use super::glints::Glints;
 use super::statistic::Statistics;
 use crate::effects::PathClasses;
 
@@ -20,6 +21,8 @@ pub struct RenderState<'a> {
     passes: u32,
     emitted_photons: u64,
     collectors: Vec<CollectorState<'a>>,
+    /// Of caustics on rough surfaces.
+    glints: Option<Cow<'a, Statistics>>,
     direct: DirectState<'a>,
     batches: Option<Cow<'a, BatchMeans>>,
 }
@@ -98,6 +101,7 @@ impl Render<'_> {
             passes: self.passes,
             emitted_photons: self.emitted_photons,
             collectors: self.collectors.iter().map(CollectorState::of).collect(),
+            glints: self.glints.as_ref().map(Glints::state),
             direct: self.direct.state(),
             batches: self.batches.as_ref().map(Cow::Borrowed),
         }
@@ -117,6 +121,9 @@ impl Render<'_> {
                 collector.tree.refit(|position| theirs.radii[position]);
             }
         }
+        if let (Some(ours), Some(theirs)) = (&mut self.glints, state.glints) {
+            ours.restore(theirs.into_owned());
+        }
         self.direct.restore(state.direct);
         self.batches = state.batches.map(Cow::into_owned);
         Ok(())
@@ -128,10 +135,16 @@ impl Render<'_> {
             (Some(ours), Some(theirs)) => ours.is_like(theirs) && theirs.passes() <= state.passes,
             _ => false,
         };
+        let glints = match (&self.glints, &state.glints) {
+            (None, None) => true,
+            (Some(ours), Some(theirs)) => ours.state().is_like(theirs),
+            _ => false,
+        };
         let fits = |(ours, theirs): (&Collector, &CollectorState)| theirs.fits(ours);
         let parts = [
             ("kinds of light", self.collectors.len() == state.collectors.len()),
             ("hit points", self.collectors.iter().zip(&state.collectors).all(fits)),
+            ("caustics on rough surfaces", glints),
             ("estimates of the error", batches),
         ];
         match parts.iter().find(|(_, fits)| !fits) {

@@ -110,6 +110,8 @@ pub struct PassStatistics {
     pub radius: RadiusRange,
     /// Of the kinds of paths that photons bring light by, apart or together.
     pub collectors: Vec<CollectorStatistics>,
+    /// Of caustics on rough surfaces, where they are collected.
+    pub glints: Option<CollectorStatistics>,
     /// Heap memory of hit points, statistics and tree, in bytes.
     pub memory_bytes: u64,
 }
@@ -173,6 +175,7 @@ impl Render<'_> {
         phases: PhaseSeconds,
         [photons, aimed_photons]: [Ledger; 2],
         collectors: Vec<CollectorStatistics>,
+        glints: Option<CollectorStatistics>,
         shadow_rays: u64,
     ) -> PassStatistics {
         PassStatistics {
@@ -182,11 +185,12 @@ impl Render<'_> {
             rays: photons.rays + aimed_photons.rays + shadow_rays,
             photons,
             aimed_photons,
-            gathered: collectors.iter().map(|c| c.gathered).sum(),
-            rejected_by_side: collectors.iter().map(|c| c.rejected_by_side).sum(),
+            gathered: collectors.iter().chain(&glints).map(|c| c.gathered).sum(),
+            rejected_by_side: collectors.iter().chain(&glints).map(|c| c.rejected_by_side).sum(),
             emitted_in_all: self.emitted_photons,
             radius: RadiusRange::of_all(&collectors),
             collectors,
+            glints,
             memory_bytes: self.memory_bytes() as u64,
         }
     }

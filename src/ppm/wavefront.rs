@@ -79,6 +79,8 @@ struct Packet {
     specials: Specials,
     /// Whose past is specular.
     caustic: Mask,
+    /// Who meets a rough surface where caustics are collected.
+    glossy: Mask,
     /// What passes the coat of the surface that each of them meets.
     enters: Enters,
     /// Of all packets of a chunk.
@@ -93,6 +95,7 @@ impl Default for Packet {
             surfaces: SurfacePacket::NONE,
             specials: Specials::NONE,
             caustic: 0,
+            glossy: 0,
             enters: Enters::ALL,
             flux: LaneFlux::ZERO,
         }
@@ -260,14 +263,16 @@ impl Packet {
 
     /// Sends photons on, one by one, from surfaces that are not Lambertian.
     fn bounce_special(&mut self, course: &Course, draws: Draws, pasts: &mut Pasts, flux: &mut FluxLedger) {
-        let Packet { photons, hits, surfaces, specials, enters, .. } = self;
+        let Packet { photons, hits, surfaces, specials, enters, glossy, .. } = self;
         specials.clear();
+        *glossy = 0;
         enters.coated = 0;
         for lane in bits(surfaces.found & !surfaces.lambertian) {
             let Some(hit) = course.stage.scene.surface_hit(&photons.rays, hits, lane) else { continue };
             let (mut rng, power) = (draws.of(photons.path[lane]), photons.power(lane));
             let scattering = course.stage.scene.scatter_by(&hit, Transport::Power, || rng.next_vec2());
             enters.set(lane, &hit, scattering.coat);
+            *glossy |= Mask::from(course.stage.collects_glints_at(&hit)) << lane;
             flux.send_on(power, scattering.specular().map(SpecularLobe::weight).sum());
             let Some(onward) = go_on(&hit, &scattering, course.settings, &mut rng) else { continue };
             flux.correct(power * onward.factor * (onward.correction - 1.0));
@@ -282,7 +287,7 @@ impl Packet {
 
     /// Stores the photons, and sends them on from Lambertian surfaces.
     fn bounce(&mut self, course: &Course, draws: Draws, chunk: &mut PhotonChunk, next: &mut Flights) {
-        let Packet { photons, surfaces, specials, caustic, flux, enters, .. } = self;
+        let Packet { photons, surfaces, specials, caustic, flux, enters, glossy, .. } = self;
         let bounce = DiffuseBounce { photons, surfaces, draws, specials, next, flux };
         let Bounced { arrivals, survivors, dark, lost } = course.isa.run(bounce);
         if !draws.is_first_flight() {
@@ -290,6 +295,7 @@ impl Packet {
                 let who = arrivals.diffuse & *caustic;
                 deposit(course, &mut chunk.caustic, who, photons, surfaces, &arrivals, enters);
                 weigh(course, draws, who, photons, chunk);
+                deposit_glints(course, draws, *glossy & *caustic, photons, surfaces, &arrivals, chunk);
             }
             if course.settings.transport.contains(PathClass::Indirect) {
                 let who = arrivals.diffuse & !*caustic;
@@ -364,6 +370,31 @@ fn weigh(course: &Course, draws: Draws, who: Mask, photons: &FlightPacket, chunk
     }
     for (photon, &ratio) in chunk.caustic.photons[first..].iter_mut().zip(&chunk.ratios[first..]) {
         photon.power *= mixture.weight(ratio.into());
+    }
+}
+
+/// Stores caustic photons of lights without extent on rough surfaces, weighed where they are part of a mixture.
+fn deposit_glints(
+    course: &Course,
+    draws: Draws,
+    who: Mask,
+    photons: &FlightPacket,
+    surfaces: &SurfacePacket,
+    arrivals: &Arrivals,
+    chunk: &mut PhotonChunk,
+) {
+    if who == 0 {
+        return;
+    }
+    let (lights, draws) = (course.stage.lights, Draws { segment: 0, ..draws });
+    let paths: Vec<u32> = bits(who).map(|lane| photons.path[lane]).collect();
+    let starts = course.isa.run(Starts { lights, guided: course.guided, draws, paths: &paths });
+    for (lane, start) in bits(who).zip(starts) {
+        let Some(start) = start.filter(|&(light, ..)| lights.is_delta(light)) else { continue };
+        let weight = course.mixture.map_or(1.0, |mixture| mixture.weight(mixture.ratio_along(Some(start))));
+        let power = photons.power(lane) * weight;
+        let photon = Photon { wi: at(&arrivals.wo, lane), ng: at(&arrivals.ng, lane), power };
+        chunk.glints.push(at(&surfaces.p, lane), photon);
     }
 }
 

@@ -190,7 +190,7 @@ impl Scene {
     }
 
     /// Whether the surface at `hit` is nothing but facets.
-    fn is_rough(&self, hit: &SurfaceHit) -> bool {
+    pub fn is_rough(&self, hit: &SurfaceHit) -> bool {
         self.gists[hit.material as usize] == Gist::Rough
     }
 

@@ -12,8 +12,13 @@ pub const BLOCK: usize = 8;
 
 /// The mean over independent renders of few passes, block by block.
 pub fn photon_mapped(scene: &Scene) -> (Image, Image) {
+    photon_mapped_by(scene, settings(scene))
+}
+
+/// The same by settings of which number and radius of the photons are set here.
+pub fn photon_mapped_by(scene: &Scene, settings: Settings) -> (Image, Image) {
     let render = |seed| {
-        let settings = Settings { photons: 100_000, radius: Some(1.5), seed, ..settings(scene) };
+        let settings = Settings { photons: 100_000, radius: Some(1.5), seed, ..settings };
         let mut render = Render::new(scene, settings);
         for _ in 0..12 {
             let pass = render.pass();
