@@ -1,7 +1,27 @@
 //! Pictures on surfaces: looked up by the coordinates that meshes carry.
 
+use std::path::PathBuf;
+
 use crate::film::Image;
 use crate::math::{Rgb, Vec2};
+
+/// What the numbers of a picture mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Encoding {
+    /// Light or colours: of PNG and JPEG by sRGB's curve, which loaders undo.
+    Colour,
+    /// Plain numbers, such as a roughness.
+    Plain,
+}
+
+/// The file that holds a picture.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PictureFile {
+    /// As it was asked for.
+    pub path: PathBuf,
+    /// How it was read.
+    pub encoding: Encoding,
+}
 
 /// A picture that repeats over the plane of texture coordinates.
 ///
@@ -10,6 +30,8 @@ use crate::math::{Rgb, Vec2};
 pub struct Texture {
     /// For messages: the file as it was asked for.
     pub name: String,
+    /// None where its pixels are those of no file of its own.
+    pub file: Option<PictureFile>,
     image: Image,
 }
 
@@ -17,7 +39,13 @@ impl Texture {
     /// `None` of a picture without pixels or with numbers that are not finite.
     pub fn new(name: impl Into<String>, image: Image) -> Option<Texture> {
         let sound = !image.pixels().is_empty() && image.count_non_finite() == 0;
-        sound.then(|| Texture { name: name.into(), image })
+        sound.then(|| Texture { name: name.into(), file: None, image })
+    }
+
+    /// The same as what a file holds.
+    #[must_use]
+    pub fn of_file(self, path: PathBuf, encoding: Encoding) -> Texture {
+        Texture { file: Some(PictureFile { path, encoding }), ..self }
     }
 
     /// The value at `uv`.

@@ -74,6 +74,8 @@ pub enum CliError {
     ForeignStatistics { path: PathBuf, line: usize },
     #[error("{path}: there is a checkpoint already; give --resume to go on from it, or remove it to start anew", path = path.display())]
     CheckpointExists { path: PathBuf },
+    #[error("{path}: there is another file already, where a picture of the scene is to be copied to; remove it, or give the scene another name", path = path.display())]
+    OtherPicture { path: PathBuf },
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
     #[error(transparent)]
@@ -107,6 +109,7 @@ impl CliError {
             | CliError::BadImage(_)
             | CliError::ForeignStatistics { .. }
             | CliError::CheckpointExists { .. }
+            | CliError::OtherPicture { .. }
             | CliError::Checkpoint(_)
             | CliError::Memory { .. }
             | CliError::Bench(BenchError::TooFewHitPoints { .. } | BenchError::NoPhotons { .. })

@@ -40,6 +40,14 @@ pub fn write_exr(path: &Path, image: &Image, metadata: &Metadata) -> Result<(), 
     write_exr_layers(path, image, &[], metadata)
 }
 
+/// The bytes of [`write_exr`]'s file; `name` is for messages.
+///
+/// # Errors
+/// As [`write_exr`], but for those of writing.
+pub fn encode_exr(name: &Path, image: &Image, metadata: &Metadata) -> Result<Vec<u8>, OutputError> {
+    encode(name, image, &[], metadata, Samples::Float)
+}
+
 /// [`write_exr`] with further layers, which the EXR format keeps as channels of the same part.
 ///
 /// # Errors

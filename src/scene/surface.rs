@@ -170,9 +170,9 @@ impl Geometry {
     }
 }
 
-/// Longitude and latitude of a place on a sphere, from 0 to 1.
-fn geographic(ng: Vec3) -> Vec2 {
-    Vec2::new(0.5 + ng.z.atan2(ng.x) * (0.5 * FRAC_1_PI), 0.5 + ng.y.asin() * FRAC_1_PI)
+/// Longitude and latitude of a place on a sphere, from 0 to 1: to the east from `-x`, and up.
+pub(super) fn geographic(ng: Vec3) -> Vec2 {
+    Vec2::new(0.5 + (-ng.z).atan2(ng.x) * (0.5 * FRAC_1_PI), 0.5 + ng.y.asin() * FRAC_1_PI)
 }
 
 /// A point of a surface that light or photons arrive at, seen from one side.

@@ -11,7 +11,8 @@ Examples:
   caustica convert room.xml room.toml -D res=256
   caustica convert room.xml room.toml --lenient
 
-Meshes are written as PLY into a folder beside the file, called as it with _meshes in place of the extension.
+Meshes are written as PLY, and pictures copied, into folders beside the file, called as it with _meshes and
+_pictures in place of the extension. No picture is overwritten by another one.
 Everything that the program knows of the scene comes back as it was, number by number; comments, names of
 files and how shapes were described do not. docs/formats.md tells what each format holds.
 

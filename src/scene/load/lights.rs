@@ -6,9 +6,9 @@ use super::super::{LightDesc, SceneError};
 use super::access::Reader;
 use super::fields::{Allowed, COORDINATE, FINITE, Fields, NON_NEGATIVE, POSITIVE};
 use super::objects::each;
-use super::pictures::Encoding;
 use crate::light::{Panorama, Spot};
 use crate::math::{Rgb, Vec3};
+use crate::texture::Encoding;
 
 const ANGLE: Allowed = Allowed { text: "degrees above 0 and up to 180", holds: |x| x > 0.0 && x <= 180.0 };
 

@@ -5,10 +5,9 @@ use std::sync::Arc;
 use super::super::{Material, SceneError, Textures};
 use super::access::Reader;
 use super::fields::{Allowed, FRACTION, Field, Fields, NON_NEGATIVE, POSITIVE};
-use super::pictures::Encoding;
 use crate::bsdf::{Bsdf, Ggx, Interface, METALS, Metal, Plastic, RoughSurface};
 use crate::math::Rgb;
-use crate::texture::Texture;
+use crate::texture::{Encoding, Texture};
 
 const KINDS: [&str; 9] = [
     "diffuse",
@@ -169,7 +168,7 @@ impl Pictured<'_> {
 
     fn texture(&self, field: &Field, encoding: Encoding) -> Result<Arc<Texture>, SceneError> {
         let (path, image) = self.reader.picture(field, encoding)?;
-        let texture = Texture::new(path.display().to_string(), image);
+        let texture = Texture::new(path.display().to_string(), image).map(|new| new.of_file(path, encoding));
         let empty = || field.error(": holds what is no number; allowed: finite values".into());
         texture.map(Arc::new).ok_or_else(empty)
     }

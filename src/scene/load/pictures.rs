@@ -14,17 +14,9 @@ use crate::film::Image;
 use crate::input;
 use crate::math::Rgb;
 use crate::output::{MAX_PIXELS, read_exr_bytes, read_png_bytes};
+use crate::texture::Encoding;
 
 const KIND: &str = "a picture (EXR, PNG or JPEG)";
-
-/// What the numbers of a picture mean.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Encoding {
-    /// Light or colours: of PNG and JPEG by sRGB's curve, which is undone here and nowhere else.
-    Colour,
-    /// Plain numbers, such as a roughness.
-    Plain,
-}
 
 impl Reader<'_> {
     /// The picture that a field of a scene file names, and its path.

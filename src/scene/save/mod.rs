@@ -1,6 +1,7 @@
-//! Scenes as files: the TOML of this program or the XML of Mitsuba 3, with meshes as PLY beside them.
+//! Scenes as files: the TOML of this program or the XML of Mitsuba 3, with meshes as PLY and copies of pictures beside them.
 
 mod normal_form;
+mod pictures;
 mod ply;
 mod toml;
 mod xml;
@@ -9,6 +10,7 @@ use std::path::{Path, PathBuf};
 
 pub use normal_form::normal_form;
 
+use self::pictures::Pictures;
 use super::{Mesh, SceneDesc};
 use crate::math::{Vec2, Vec3};
 
@@ -19,6 +21,8 @@ pub struct SavedScene {
     pub text: String,
     /// The mesh files, with their paths relative to the scene file.
     pub meshes: Vec<(PathBuf, Vec<u8>)>,
+    /// The picture files, in the same way.
+    pub pictures: Vec<(PathBuf, Vec<u8>)>,
     /// What the files lack of the scene.
     pub warnings: Vec<String>,
 }
@@ -40,25 +44,34 @@ pub enum SaveError {
         /// What can be written, and the way around.
         allowed: String,
     },
+    /// A picture is no longer what was loaded.
+    #[error("{}: the picture cannot be copied: {reason}; allowed: the file that the scene was read with", path.display())]
+    Picture {
+        /// Its file.
+        path: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
 }
 
 /// The files of a scene whose scene file is to be `path`: TOML or XML by its name.
 ///
 /// They describe [`normal_form`] of the scene exactly: all numbers come back as they are, but for directions of lights, which may
-/// differ in their last bit. Pictures stay where they are. Meshes stand in a folder beside the
-/// scene file, called as it with `_meshes` in place of the extension. A `lenient` writer replaces what XML has no word for, and
-/// says by what.
+/// differ in their last bit. Meshes and copies of the picture files stand in folders beside the scene file, called as it with
+/// `_meshes` and `_pictures` in place of the extension. A `lenient` writer replaces what XML has no word for, and says by what.
 ///
 /// # Errors
-/// A [`SaveError`] for other kinds of files, and for what XML has no word for unless the writer is `lenient`.
+/// A [`SaveError`] for other kinds of files, for pictures whose files are gone, and for what XML has no word for unless the writer
+/// is `lenient`.
 pub fn save(desc: &SceneDesc, path: &Path, lenient: bool) -> Result<SavedScene, SaveError> {
     let desc = normal_form(desc.clone());
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let folder = format!("{stem}_meshes");
+    let pictures = Pictures::new(format!("{stem}_pictures"));
     let kind = path.extension().map(|extension| extension.to_ascii_lowercase());
     match kind.as_ref().and_then(|kind| kind.to_str()) {
-        Some("toml") => Ok(toml::write(&desc, &folder)),
-        Some("xml") => xml::write(&desc, &folder, lenient),
+        Some("toml") => toml::write(&desc, &folder, pictures),
+        Some("xml") => xml::write(&desc, &folder, pictures, lenient),
         _ => Err(SaveError::UnknownKind { path: path.to_owned() }),
     }
 }
@@ -79,11 +92,6 @@ fn degrees(radians: f32) -> f32 {
     let nearest = radians.to_degrees();
     let around = [nearest, nearest.next_up(), nearest.next_down(), nearest.next_up().next_up()];
     around.into_iter().find(|degrees| degrees.to_radians() == radians).unwrap_or(nearest)
-}
-
-/// A picture stays where it is: its path from the root.
-fn whole_path(file: &Path) -> String {
-    std::path::absolute(file).unwrap_or_else(|_| file.to_owned()).to_string_lossy().into_owned()
 }
 
 /// Names of mesh files: numbered, so that no two are the same.

@@ -2,17 +2,27 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::super::{CameraDesc, Mesh, SceneDesc};
+use super::super::{CameraDesc, Mesh, SceneDesc, Textures};
 use super::quad_corners;
-use crate::math::Vec3;
+use crate::math::{Vec2, Vec3};
 
 /// The same scene with one material a mesh, quads before other meshes, and different names for different materials.
 ///
-/// It looks the same; meshes of several materials are split, vertices that no triangle uses are dropped, and a pinhole is
-/// sharp where it looks at. Files that were converted once stay as they are.
+/// It looks the same; meshes of several materials are split, vertices that no triangle uses are dropped, a mesh that shows one place
+/// of a picture has that place's coordinates, and a pinhole is sharp where it looks at. Files that were converted once stay as they are.
 #[must_use]
 pub fn normal_form(desc: SceneDesc) -> SceneDesc {
-    let meshes = desc.meshes.into_iter().flat_map(split);
+    let pictured = |mesh: &Mesh| {
+        mesh.materials.iter().any(|&material| desc.materials[material as usize].textures != Textures::NONE)
+    };
+    let meshes = desc.meshes.into_iter().flat_map(split).map(|mesh| Mesh {
+        uvs: if pictured(&mesh) {
+            mesh.uvs.or_else(|| Some(vec![Vec2::ZERO; mesh.vertices.len()]))
+        } else {
+            mesh.uvs
+        },
+        ..mesh
+    });
     let (quads, others): (Vec<Mesh>, Vec<Mesh>) = meshes.partition(|mesh| quad_corners(mesh).is_some());
     let mut taken = BTreeSet::new();
     let mut materials = desc.materials;

@@ -11,23 +11,30 @@ use crate::camera::PixelFilter;
 use crate::film::Image;
 use crate::light::{Panorama, Spot};
 use crate::math::{Rgb, Vec2, Vec3};
-use crate::output::{Metadata, write_exr};
+use crate::output::{Display, Metadata, write_exr, write_png};
 use crate::scene::{
     CameraDesc, FilmDesc, LightDesc, Material, Mesh, PointLightDesc, RenderDesc, SphereDesc, Textures, load,
 };
+use crate::texture::{Encoding, Texture};
 
 /// What matters of a scene: all but names of files and meshes, and what was noticed.
 fn bare(desc: &SceneDesc) -> SceneDesc {
     let meshes = desc.meshes.iter().map(|mesh| Mesh { name: String::new(), ..mesh.clone() }).collect();
     let (name, path) = (String::new(), PathBuf::new());
-    SceneDesc { name, path, meshes, warnings: Vec::new(), ..desc.clone() }.without_places()
+    let pixels = |texture: &Arc<Texture>| Arc::new(Texture::new("", texture.image().clone()).unwrap());
+    let mut bare = SceneDesc { name, path, meshes, warnings: Vec::new(), ..desc.clone() }.without_places();
+    for Textures { color, roughness, .. } in bare.materials.iter_mut().map(|material| &mut material.textures)
+    {
+        [color, roughness].into_iter().flatten().for_each(|texture| *texture = pixels(texture));
+    }
+    bare
 }
 
 fn written(desc: &SceneDesc, name: &str) -> (TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(name);
     let saved = save(desc, &path, false).unwrap();
-    for (file, bytes) in saved.meshes {
+    for (file, bytes) in saved.meshes.into_iter().chain(saved.pictures) {
         let file = folder.path().join(file);
         fs::create_dir_all(file.parent().unwrap()).unwrap();
         fs::write(file, bytes).unwrap();
@@ -264,7 +271,7 @@ fn lights_come_back() {
     let pixels = (0..8).map(|k| Rgb::splat(k as f32)).collect();
     let picture = Image::from_pixels(4, 2, pixels).unwrap();
     write_exr(&file, &picture, &Metadata::default()).unwrap();
-    let panorama = Arc::new(Panorama::new(picture, 2.0, 0.5).unwrap());
+    let sky = Arc::new(Panorama::new(picture, 2.0, 0.5).unwrap());
     desc.further_lights = vec![
         LightDesc::Spot(Spot {
             position: Vec3::new(1.0, 2.0, 3.0),
@@ -274,7 +281,7 @@ fn lights_come_back() {
             outer,
         }),
         LightDesc::Distant { direction: axis, irradiance: Rgb::ONE },
-        LightDesc::Panorama { file, panorama },
+        LightDesc::Panorama { file, panorama: Arc::clone(&sky) },
     ];
     for name in ["s.toml", "s.xml"] {
         let lights = there_and_back(&desc, name).further_lights;
@@ -285,6 +292,7 @@ fn lights_come_back() {
             "{name}: {}",
             panorama.turn()
         );
+        assert_eq!(panorama.picture(), sky.picture());
     }
 }
 
@@ -323,4 +331,111 @@ fn what_has_no_word_is_refused_or_replaced() {
     assert_eq!(bare(&there_and_back(&desc, "s.toml")), bare(&normal_form(desc.clone())));
     let error = save(&desc, Path::new("s.yaml"), false).unwrap_err().to_string();
     assert!(error.starts_with("s.yaml: unknown kind of scene file; allowed:"), "{error}");
+}
+
+/// A picture of 4 x 2 numbers in a file.
+fn picture(folder: &TempDir, name: &str, encoding: Encoding) -> Arc<Texture> {
+    let value = |k: i32| {
+        if name.starts_with("grey") {
+            Rgb::splat(0.1 * k as f32)
+        } else {
+            Rgb::new(0.1 * k as f32, 0.5, 0.25)
+        }
+    };
+    let image = Image::from_pixels(4, 2, (1..9).map(value).collect()).unwrap();
+    let path = folder.path().join(name);
+    if name.ends_with("exr") {
+        write_exr(&path, &image, &Metadata::default()).unwrap();
+    } else {
+        write_png(&path, &image, &Display::default()).unwrap();
+    }
+    let text = format!(
+        "<scene version='3.0.0'><sensor type='perspective'/><bsdf type='diffuse'><texture name='reflectance' type='bitmap'>\
+         <string name='filename' value='{name}'/><boolean name='raw' value='{}'/></texture></bsdf></scene>",
+        encoding == Encoding::Plain
+    );
+    let scene = folder.path().join("picture.xml");
+    fs::write(&scene, text).unwrap();
+    load(&scene).unwrap().materials[0].textures.color.clone().unwrap()
+}
+
+/// A quad, a mesh with and one without texture coordinates, and a sphere.
+fn pictured(bsdf: Bsdf, textures: Textures, with_sphere: bool) -> SceneDesc {
+    let largest = textures.color.as_ref().map(|texture| texture.max());
+    let mut desc = one_material(largest.map_or(bsdf, |color| bsdf.with_color(color)));
+    desc.materials[0].textures = textures;
+    let mut smooth = desc.meshes[0].clone();
+    smooth.normals = Some(vec![Vec3::Z; 4]);
+    smooth.uvs = Some([(0.1, 1e-9), (0.7, -3.3), (0.0, 1.0), (7.5, 0.3)].map(Vec2::from).to_vec());
+    desc.meshes.push(smooth);
+    let (center, radius, material) = (Vec3::new(0.1, 2.0, -3.7), 0.3, 0);
+    desc.spheres = if with_sphere { vec![SphereDesc { center, radius, material }] } else { Vec::new() };
+    desc
+}
+
+#[test]
+fn pictures_come_back_with_the_places_that_show_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let color = |name, encoding| Some(picture(&folder, name, encoding));
+    let (eta, k, reflectance) = (Rgb::ONE, Rgb::ONE, Rgb::ONE);
+    let rough = |interface| {
+        let alpha = picture(&folder, "grey.png", Encoding::Plain).max().x;
+        Bsdf::Rough(RoughSurface { facets: Ggx { alpha }, interface })
+    };
+    let kinds = [
+        (Bsdf::Diffuse { albedo: Rgb::ONE }, color("a.png", Encoding::Colour)),
+        (Bsdf::Diffuse { albedo: Rgb::ONE }, color("a.png", Encoding::Plain)),
+        (Bsdf::Mirror { reflectance }, color("a.exr", Encoding::Plain)),
+        (Bsdf::Conductor { eta, k, reflectance }, color("a.exr", Encoding::Colour)),
+        (Bsdf::Plastic(Plastic::new(Rgb::ONE, 1.5, true)), color("a.png", Encoding::Colour)),
+        (rough(Interface::Conductor { eta, k, reflectance }), color("a.exr", Encoding::Colour)),
+        (rough(Interface::Dielectric { ior: 1.5 }), None),
+    ];
+    for ((bsdf, color), with_sphere) in
+        kinds.into_iter().flat_map(|kind| [(kind.clone(), false), (kind, true)])
+    {
+        let grey = Some(picture(&folder, "grey.png", Encoding::Plain));
+        let roughness = if matches!(bsdf, Bsdf::Rough(_)) { grey } else { None };
+        let desc = pictured(bsdf, Textures { color, roughness, ..Textures::NONE }, with_sphere);
+        for name in ["s.toml", "s.xml"] {
+            let back = there_and_back(&desc, name);
+            assert_eq!(bare(&back), bare(&normal_form(desc.clone())), "{name} {bsdf:?} {with_sphere}");
+        }
+    }
+}
+
+#[test]
+fn pictures_are_rectangles_in_xml_but_beside_spheres() {
+    let folder = tempfile::tempdir().unwrap();
+    let color = Some(picture(&folder, "a.png", Encoding::Colour));
+    let text = |with_sphere| {
+        let desc = pictured(
+            Bsdf::Diffuse { albedo: Rgb::ONE },
+            Textures { color: color.clone(), ..Textures::NONE },
+            with_sphere,
+        );
+        let saved = save(&desc, Path::new("x/s.xml"), false).unwrap();
+        assert_eq!(saved.pictures.len(), 1);
+        assert_eq!(saved.pictures[0].0, Path::new("s_pictures/a.png"));
+        saved.text
+    };
+    let (flat, round) = (text(false), text(true));
+    assert!(flat.contains("type=\"rectangle\"") && flat.contains("value=\"s_pictures/a.png\""), "{flat}");
+    assert!(
+        flat.contains("<scale x=\"1\" y=\"-1\"/>") && round.contains("<scale x=\"-1\" y=\"-1\"/>"),
+        "{round}"
+    );
+    assert!(!round.contains("type=\"rectangle\""), "{round}");
+}
+
+#[test]
+fn roughness_by_colours_is_refused_in_xml() {
+    let folder = tempfile::tempdir().unwrap();
+    let roughness = Some(picture(&folder, "a.png", Encoding::Plain));
+    let facets = Ggx { alpha: 1.0 };
+    let bsdf = Bsdf::Rough(RoughSurface { facets, interface: Interface::Dielectric { ior: 1.5 } });
+    let desc = pictured(bsdf, Textures { roughness, ..Textures::NONE }, false);
+    let error = save(&desc, Path::new("s.xml"), false).unwrap_err().to_string();
+    assert!(error.contains("picture of colours") && error.contains("allowed: grey pictures"), "{error}");
+    assert!(save(&desc, Path::new("s.xml"), true).unwrap().warnings[0].contains("luminance"));
 }

@@ -3,24 +3,25 @@
 use std::fmt::{Display, Write};
 
 use super::super::{CameraDesc, FilmDesc, LightDesc, Material, RenderDesc, SceneDesc, Textures};
-use super::{SavedScene, degrees, mesh_file, ply, quad_corners, whole_path};
+use super::pictures::Pictures;
+use super::{SaveError, SavedScene, degrees, mesh_file, ply, quad_corners};
 use crate::bsdf::{Bsdf, Interface, Plastic, RoughSurface};
 use crate::math::{Rgb, Vec3};
-use crate::texture::Texture;
+use crate::texture::Encoding;
 
 /// A scene in normal form; its meshes go into `folder`.
-pub(super) fn write(desc: &SceneDesc, folder: &str) -> SavedScene {
+pub(super) fn write(desc: &SceneDesc, folder: &str, mut pictures: Pictures) -> Result<SavedScene, SaveError> {
     let mut text = Text(String::new());
     text.film(&desc.film);
     text.camera(&desc.camera);
     text.render(&desc.render);
-    desc.materials.iter().for_each(|material| text.material(material));
+    desc.materials.iter().try_for_each(|material| text.material(material, &mut pictures))?;
     for light in &desc.point_lights {
         text.table("[point_light]");
         text.field("position", vector(light.position));
         text.field("intensity", vector(light.intensity));
     }
-    desc.further_lights.iter().for_each(|light| text.further_light(light));
+    desc.further_lights.iter().try_for_each(|light| text.further_light(light, &mut pictures))?;
     let name = |material: u32| quoted(&desc.materials[material as usize].name);
     for sphere in &desc.spheres {
         text.table("[sphere]");
@@ -46,7 +47,7 @@ pub(super) fn write(desc: &SceneDesc, folder: &str) -> SavedScene {
         }
         text.field("material", material);
     }
-    SavedScene { text: text.0, meshes, warnings: Vec::new() }
+    Ok(SavedScene { text: text.0, meshes, pictures: pictures.into_files(), warnings: Vec::new() })
 }
 
 struct Text(String);
@@ -97,7 +98,7 @@ impl Text {
         self.field("depth", render.depth);
     }
 
-    fn further_light(&mut self, light: &LightDesc) {
+    fn further_light(&mut self, light: &LightDesc, pictures: &mut Pictures) -> Result<(), SaveError> {
         match light {
             LightDesc::Spot(spot) => {
                 self.table("[spot_light]");
@@ -118,41 +119,45 @@ impl Text {
             }
             LightDesc::Panorama { file, panorama } => {
                 self.table("environment");
-                self.field("file", quoted(&whole_path(file)));
+                self.field("file", quoted(&pictures.copy(file)?));
                 self.field("scale", number(panorama.scale()));
                 self.field("turn", number(degrees(panorama.turn())));
             }
         }
+        Ok(())
     }
 
-    fn material(&mut self, material: &Material) {
+    fn material(&mut self, material: &Material, pictures: &mut Pictures) -> Result<(), SaveError> {
         self.table(&format!("material.{}", quoted(&material.name)));
         let (kind, mut values) = bsdf(&material.bsdf);
-        pictures(&material.textures, &mut values);
+        put_pictures(&material.textures, &mut values, pictures)?;
         self.field(kind, format_args!("{{ {values} }}"));
         if material.emission != Rgb::ZERO {
             self.field("emission", vector(material.emission));
         }
+        Ok(())
     }
 }
 
 /// Puts the names of pictures in the place of the constants that stand for them.
-fn pictures(textures: &Textures, values: &mut String) {
+fn put_pictures(textures: &Textures, values: &mut String, pictures: &mut Pictures) -> Result<(), SaveError> {
     let colors = ["albedo", "reflectance", "base", "color"];
-    let put = |values: &mut String, name: &str, texture: &Texture| {
+    let put = |values: &mut String, name: &str, picture: &str| {
         let start = values.find(&format!("{name} = "));
         let Some(at) = start.map(|start| start + name.len() + 3) else { return };
         let rest = &values[at..];
         let end = if rest.starts_with('[') { rest.find(']').map(|end| end + 1) } else { rest.find(',') };
         let end = at + end.unwrap_or(rest.len());
-        values.replace_range(at..end, &quoted(&whole_path(texture.name.as_ref())));
+        values.replace_range(at..end, &quoted(picture));
     };
     if let Some(texture) = &textures.color {
-        colors.iter().for_each(|name| put(values, name, texture));
+        let picture = pictures.texture(texture, Encoding::Colour)?;
+        colors.iter().for_each(|name| put(values, name, &picture));
     }
     if let Some(texture) = &textures.roughness {
-        put(values, "roughness", texture);
+        put(values, "roughness", &pictures.texture(texture, Encoding::Plain)?);
     }
+    Ok(())
 }
 
 /// The kind of a surface and its fields.

@@ -6,17 +6,31 @@ use std::fmt::{Display, Write};
 use glam::DAffine3;
 
 use super::super::{
-    CameraDesc, FilmDesc, LightDesc, Material, Mesh, PixelFilter, RenderDesc, SceneDesc, Textures,
+    CameraDesc, FilmDesc, LightDesc, Material, Mesh, PixelFilter, RenderDesc, SceneDesc, SphereDesc, Textures,
 };
 use super::normal_form::unique;
-use super::{SaveError, SavedScene, degrees, mesh_file, ply, quad_corners, whole_path};
+use super::pictures::Pictures;
+use super::{SaveError, SavedScene, degrees, mesh_file, ply, quad_corners};
 use crate::bsdf::{Bsdf, Interface, Plastic, RoughSurface};
-use crate::math::{DVec3, Rgb, Vec3};
+use crate::math::{DVec3, Rgb, Vec2, Vec3};
+use crate::texture::{Encoding, Texture};
 
 /// A scene in normal form; its meshes go into `folder`.
-pub(super) fn write(desc: &SceneDesc, folder: &str, lenient: bool) -> Result<SavedScene, SaveError> {
-    let mut writer =
-        Writer { text: String::new(), ids: Vec::new(), meshes: Vec::new(), warnings: Vec::new(), lenient };
+pub(super) fn write(
+    desc: &SceneDesc,
+    folder: &str,
+    pictures: Pictures,
+    lenient: bool,
+) -> Result<SavedScene, SaveError> {
+    let mut writer = Writer {
+        text: String::new(),
+        ids: Vec::new(),
+        meshes: Vec::new(),
+        pictures,
+        round: round_pictures(desc),
+        warnings: Vec::new(),
+        lenient,
+    };
     writer.line("<scene version=\"3.0.0\">");
     writer.render(&desc.render);
     writer.line("<integrator type=\"path\"/>");
@@ -28,16 +42,18 @@ pub(super) fn write(desc: &SceneDesc, folder: &str, lenient: bool) -> Result<Sav
         writer.line(format_args!("    <rgb name=\"intensity\" value=\"{}\"/>", vector(light.intensity)));
         writer.line("</emitter>");
     }
-    desc.further_lights.iter().for_each(|light| writer.further_light(light));
-    for sphere in &desc.spheres {
-        writer.line("<shape type=\"sphere\">");
-        writer.line(format_args!("    <point name=\"center\" value=\"{}\"/>", vector(sphere.center)));
-        writer.line(format_args!("    <float name=\"radius\" value=\"{:?}\"/>", sphere.radius));
-        writer.shape_end(sphere.material, &desc.materials);
-    }
+    desc.further_lights.iter().try_for_each(|light| writer.further_light(light))?;
+    desc.spheres.iter().for_each(|sphere| writer.sphere(sphere, &desc.materials));
     desc.meshes.iter().for_each(|mesh| writer.mesh(mesh, folder, &desc.materials));
     writer.line("</scene>");
-    Ok(SavedScene { text: writer.text, meshes: writer.meshes, warnings: writer.warnings })
+    let Writer { text, meshes, pictures, warnings, .. } = writer;
+    Ok(SavedScene { text, meshes, pictures: pictures.into_files(), warnings })
+}
+
+/// The materials whose pictures are on spheres.
+fn round_pictures(desc: &SceneDesc) -> BTreeSet<u32> {
+    let pictured = |material: &u32| desc.materials[*material as usize].textures != Textures::NONE;
+    desc.spheres.iter().map(|sphere| sphere.material).filter(pictured).collect()
 }
 
 struct Writer {
@@ -45,6 +61,10 @@ struct Writer {
     /// Of each material.
     ids: Vec<String>,
     meshes: Vec<(std::path::PathBuf, Vec<u8>)>,
+    pictures: Pictures,
+    /// Mitsuba mirrors pictures on rectangles and does not on spheres, so the maps of texture coordinates differ: these materials have
+    /// that of spheres, which turns pictures by half a turn.
+    round: BTreeSet<u32>,
     warnings: Vec<String>,
     lenient: bool,
 }
@@ -95,7 +115,22 @@ impl Writer {
         self.line("</sensor>");
     }
 
-    fn further_light(&mut self, light: &LightDesc) {
+    fn sphere(&mut self, sphere: &SphereDesc, materials: &[Material]) {
+        self.line("<shape type=\"sphere\">");
+        let SphereDesc { center, radius, material } = *sphere;
+        if self.round.contains(&material) {
+            let [x, y, z] = center.to_array();
+            self.line(format_args!(
+                "    <transform name=\"to_world\"><matrix value=\"-{radius:?} 0 0 {x:?} 0 0 -{radius:?} {y:?} 0 -{radius:?} 0 {z:?} 0 0 0 1\"/></transform>"
+            ));
+        } else {
+            self.line(format_args!("    <point name=\"center\" value=\"{}\"/>", vector(center)));
+            self.line(format_args!("    <float name=\"radius\" value=\"{radius:?}\"/>"));
+        }
+        self.shape_end(material, materials);
+    }
+
+    fn further_light(&mut self, light: &LightDesc) -> Result<(), SaveError> {
         let (kind, properties) = match light {
             LightDesc::Spot(spot) => {
                 let (origin, axis) = (spot.position.as_dvec3(), spot.axis.as_dvec3());
@@ -113,11 +148,12 @@ impl Writer {
             LightDesc::Panorama { file, panorama } => {
                 // The middle of the picture lies along +z for Mitsuba, and along -z here.
                 let turn = format!("<rotate y=\"1\" angle=\"{:?}\"/>", degrees(panorama.turn()) - 180.0);
-                let file = string("filename", &escaped(&whole_path(file)));
+                let file = string("filename", &escaped(&self.pictures.copy(file)?));
                 ("envmap", file + &float("scale", panorama.scale()) + &to_world(&turn))
             }
         };
         self.line(format_args!("<emitter type=\"{kind}\">{properties}</emitter>"));
+        Ok(())
     }
 
     fn materials(&mut self, desc: &SceneDesc) -> Result<(), SaveError> {
@@ -127,7 +163,7 @@ impl Writer {
             in_meshes.chain(desc.spheres.iter().map(|sphere| sphere.material)).collect();
         for (material, number) in desc.materials.iter().zip(0..) {
             let id = unique(&plain_id(&material.name), &mut taken);
-            self.material(material, &id)?;
+            self.material(material, number, &id)?;
             self.ids.push(id);
             if material.emission != Rgb::ZERO && !used.contains(&number) {
                 let lost = "no shape has it, so its emission is not written";
@@ -137,16 +173,8 @@ impl Writer {
         Ok(())
     }
 
-    fn material(&mut self, material: &Material, id: &str) -> Result<(), SaveError> {
-        if material.textures != Textures::NONE {
-            let what = format!("material `{}` with a picture", material.name);
-            self.lacks(
-                what,
-                "constants; or --lenient, which keeps the largest value of the picture",
-                "the file has its largest value",
-            )?;
-        }
-        let (kind, properties) = self.bsdf(material)?;
+    fn material(&mut self, material: &Material, number: u32, id: &str) -> Result<(), SaveError> {
+        let (kind, properties) = self.bsdf(material, number)?;
         let note = if id == material.name {
             String::new()
         } else {
@@ -164,30 +192,74 @@ impl Writer {
     }
 
     /// Its type and its properties.
-    fn bsdf(&mut self, material: &Material) -> Result<(&'static str, String), SaveError> {
+    fn bsdf(&mut self, material: &Material, number: u32) -> Result<(&'static str, String), SaveError> {
+        let turned = self.round.contains(&number);
+        let mut color = |name: &str, constant: Rgb| self.color(name, constant, &material.textures, turned);
         Ok(match material.bsdf {
-            Bsdf::Diffuse { albedo } => ("diffuse", rgb("reflectance", albedo)),
+            Bsdf::Diffuse { albedo } => ("diffuse", color("reflectance", albedo)?),
             Bsdf::Mirror { reflectance } => {
-                ("conductor", string("material", "none") + &rgb("specular_reflectance", reflectance))
+                ("conductor", string("material", "none") + &color("specular_reflectance", reflectance)?)
             }
             Bsdf::Dielectric { ior } => ("dielectric", indices(ior)),
             Bsdf::ThinDielectric { ior } => ("thindielectric", indices(ior)),
-            Bsdf::Conductor { eta, k, reflectance } => ("conductor", metal(eta, k, reflectance)),
+            Bsdf::Conductor { eta, k, reflectance } => {
+                ("conductor", metal(eta, k) + &color("specular_reflectance", reflectance)?)
+            }
             Bsdf::Rough(RoughSurface { facets, interface }) => {
-                let facets = string("distribution", "ggx") + &float("alpha", facets.alpha);
+                let facets =
+                    string("distribution", "ggx") + &self.roughness(material, facets.alpha, turned)?;
                 match interface {
                     Interface::Conductor { eta, k, reflectance } => {
-                        ("roughconductor", facets + &metal(eta, k, reflectance))
+                        let name = "specular_reflectance";
+                        let reflectance = self.color(name, reflectance, &material.textures, turned)?;
+                        ("roughconductor", facets + &metal(eta, k) + &reflectance)
                     }
                     Interface::Dielectric { ior } => ("roughdielectric", facets + &indices(ior)),
                 }
             }
             Bsdf::Plastic(Plastic { base, ior, nonlinear, .. }) => {
                 let nonlinear = format!("<boolean name=\"nonlinear\" value=\"{nonlinear}\"/>");
-                ("plastic", rgb("diffuse_reflectance", base) + &indices(ior) + &nonlinear)
+                ("plastic", color("diffuse_reflectance", base)? + &indices(ior) + &nonlinear)
             }
             Bsdf::FixedWeight { .. } => ("diffuse", rgb("reflectance", self.diffuse_share(material)?)),
         })
+    }
+
+    fn color(
+        &mut self,
+        name: &str,
+        constant: Rgb,
+        textures: &Textures,
+        turned: bool,
+    ) -> Result<String, SaveError> {
+        textures
+            .color
+            .as_ref()
+            .map_or_else(|| Ok(rgb(name, constant)), |texture| self.bitmap(name, texture, turned))
+    }
+
+    fn roughness(&mut self, material: &Material, alpha: f32, turned: bool) -> Result<String, SaveError> {
+        let Some(texture) = &material.textures.roughness else { return Ok(float("alpha", alpha)) };
+        if texture.image().pixels().iter().any(|pixel| *pixel != Rgb::splat(pixel.x)) {
+            let what = format!("a roughness by a picture of colours, as in material `{}`,", material.name);
+            self.lacks(
+                what,
+                "grey pictures; or --lenient",
+                "Mitsuba takes the luminance for the first channel",
+            )?;
+        }
+        self.bitmap("alpha", texture, turned)
+    }
+
+    /// A picture whose first row is at `v = 1`; for Mitsuba it is at 0.
+    fn bitmap(&mut self, name: &str, texture: &Texture, turned: bool) -> Result<String, SaveError> {
+        let encoding = texture.file.as_ref().map_or(Encoding::Plain, |file| file.encoding);
+        let file = string("filename", &escaped(&self.pictures.texture(texture, encoding)?));
+        let raw = format!("<boolean name=\"raw\" value=\"{}\"/>", encoding == Encoding::Plain);
+        let x = if turned { -1 } else { 1 };
+        let to_uv =
+            format!("<transform name=\"to_uv\"><scale x=\"{x}\" y=\"-1\"/><translate y=\"1\"/></transform>");
+        Ok(format!("<texture name=\"{name}\" type=\"bitmap\">{file}{raw}{to_uv}</texture>"))
     }
 
     /// Refuses what is not written, or says what stands in its place.
@@ -210,7 +282,9 @@ impl Writer {
 
     fn mesh(&mut self, mesh: &Mesh, folder: &str, materials: &[Material]) {
         let material = mesh.materials.first().copied().unwrap_or(0);
-        match quad_corners(mesh).and_then(parallelogram) {
+        let turned = self.round.contains(&material);
+        let corners = if turned { None } else { quad_corners(mesh) };
+        match corners.and_then(parallelogram) {
             Some(matrix) => {
                 self.line("<shape type=\"rectangle\">");
                 self.line(format_args!(
@@ -227,7 +301,8 @@ impl Writer {
                 if mesh.normals.is_none() {
                     self.line("    <boolean name=\"face_normals\" value=\"true\"/>");
                 }
-                self.meshes.push((file, ply::write(mesh)));
+                let bytes = if turned { ply::write(&mirrored(mesh)) } else { ply::write(mesh) };
+                self.meshes.push((file, bytes));
             }
         }
         self.shape_end(material, materials);
@@ -243,6 +318,12 @@ impl Writer {
         }
         self.line("</shape>");
     }
+}
+
+/// With mirrored texture coordinates, for pictures that are turned.
+fn mirrored(mesh: &Mesh) -> Mesh {
+    let mirror = |uv: &Vec2| Vec2::new(-uv.x, uv.y);
+    Mesh { uvs: mesh.uvs.as_ref().map(|uvs| uvs.iter().map(mirror).collect()), ..mesh.clone() }
 }
 
 fn to_world(step: &str) -> String {
@@ -269,8 +350,8 @@ fn indices(ior: f32) -> String {
     float("int_ior", ior) + &float("ext_ior", 1.0)
 }
 
-fn metal(eta: Rgb, k: Rgb, reflectance: Rgb) -> String {
-    rgb("eta", eta) + &rgb("k", k) + &rgb("specular_reflectance", reflectance)
+fn metal(eta: Rgb, k: Rgb) -> String {
+    rgb("eta", eta) + &rgb("k", k)
 }
 
 /// The matrix that takes Mitsuba's rectangle to these corners, where one does so exactly.

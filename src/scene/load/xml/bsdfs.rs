@@ -1,5 +1,7 @@
 //! `<bsdf>`: which of the core's surfaces each kind is.
 
+use glam::DAffine2;
+
 use super::super::super::{SceneError, Textures};
 use super::super::fields::{NON_NEGATIVE, unknown_name};
 use super::super::material::{COAT, ROUGHNESS};
@@ -19,6 +21,8 @@ const KINDS: &str = "`diffuse`, `dielectric`, `thindielectric`, `roughdielectric
 pub(super) struct Surface {
     pub bsdf: Bsdf,
     pub textures: Textures,
+    /// From texture coordinates to those by which the pictures are looked up.
+    pub to_uv: DAffine2,
     /// Whether Mitsuba shows it black from behind: here no surface is.
     pub one_sided: bool,
 }
@@ -27,6 +31,7 @@ impl Surface {
     /// That of shapes without a bsdf.
     pub const DEFAULT: Surface = Surface {
         textures: Textures::NONE,
+        to_uv: DAffine2::IDENTITY,
         bsdf: Bsdf::Diffuse { albedo: Rgb::splat(0.5) },
         one_sided: true,
     };
@@ -37,11 +42,11 @@ impl Surface {
     }
 
     fn one_sided(bsdf: Bsdf) -> Surface {
-        Surface { bsdf, textures: Textures::NONE, one_sided: true }
+        Surface { bsdf, one_sided: true, ..Surface::DEFAULT }
     }
 
     fn both_sides(bsdf: Bsdf) -> Surface {
-        Surface { bsdf, textures: Textures::NONE, one_sided: false }
+        Surface { bsdf, one_sided: false, ..Surface::DEFAULT }
     }
 }
 
@@ -91,8 +96,10 @@ fn nested<'a>(element: &'a Element, context: &'a Context<'a>, depth: usize) -> R
     };
     object.own_note();
     object.finish()?;
-    let textures = if surface.textures == Textures::NONE { object.textures() } else { surface.textures };
-    Ok(Surface { textures, ..surface })
+    if surface.textures != Textures::NONE {
+        return Ok(surface);
+    }
+    Ok(Surface { textures: object.textures(), to_uv: object.to_uv(), ..surface })
 }
 
 /// `eta` and `k`; none of a perfect mirror.
@@ -145,6 +152,10 @@ fn facets(object: &Object) -> Result<Ggx, SceneError> {
         )?;
     }
     object.has_no_use_for(&["sample_visible"]);
+    if let Some(texture) = object.picture("alpha")? {
+        let alpha = object.roughness_picture(texture).clamp(Ggx::LEAST_ALPHA, 1.0);
+        return Ok(Ggx { alpha });
+    }
     let along = [object.optional_f64("alpha_u", &ROUGHNESS)?, object.optional_f64("alpha_v", &ROUGHNESS)?];
     let alpha = match along {
         [None, None] => object.f64("alpha", 0.1, &ROUGHNESS)?,

@@ -5,11 +5,11 @@ use std::sync::Arc;
 use super::super::super::{LightDesc, PointLightDesc, SceneError};
 use super::super::fields::{Allowed, COORDINATE, NON_NEGATIVE, POSITIVE};
 use super::super::geometry::Motion;
-use super::super::pictures::Encoding;
 use super::element::Element;
 use super::object::{Context, Object};
 use crate::light::{Panorama, Spot};
 use crate::math::{DVec3, Rgb, Vec3};
+use crate::texture::Encoding;
 
 const KINDS: &str = "`point`, `spot`, `directional`, `constant`, `envmap`, and `area` in a <shape>";
 

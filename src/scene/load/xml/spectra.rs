@@ -4,22 +4,16 @@ use super::super::super::SceneError;
 use super::super::fields::{Allowed, FRACTION, NON_NEGATIVE};
 use super::element::Element;
 use super::object::Object;
-use super::textures;
 use super::transform::numbers;
 use crate::math::Rgb;
 
 impl Object<'_> {
     /// A share of light for each channel: a constant, or the largest values of a picture.
     pub fn reflectance(&self, name: &str, default: f32) -> Result<Rgb, SceneError> {
-        let given = self.element.children.iter().find(|child| child.attribute("name") == Some(name));
-        let picture = given.map(|given| self.context.resolved(given)).transpose()?;
-        if let Some(picture) = picture.filter(|picture| picture.tag == "texture")
-            && let Some(texture) = textures::bitmap(picture, self.context)?
-        {
-            self.take(name);
-            return Ok(self.color_picture(texture));
+        match self.picture(name)? {
+            Some(texture) => Ok(self.color_picture(texture)),
+            None => self.color(name, Rgb::splat(default), &FRACTION),
         }
-        self.color(name, Rgb::splat(default), &FRACTION)
     }
 
     /// A radiance, an intensity or the like.

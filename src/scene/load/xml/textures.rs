@@ -1,16 +1,27 @@
-//! `<texture type="bitmap">`: pictures on surfaces.
+//! `<texture type="bitmap">`: pictures on surfaces, and where on them they lie.
+
+use glam::{DAffine2, DMat2, DVec2};
 
 use super::super::super::SceneError;
-use super::super::pictures::Encoding;
 use super::element::Element;
 use super::object::{Context, Object};
-use crate::texture::Texture;
+use crate::texture::{Encoding, Texture};
+
+/// From Mitsuba's texture coordinates to those here: its pictures have their first row at `v = 0`, and here it is at `v = 1`.
+pub(super) const UPRIGHT: DAffine2 =
+    DAffine2 { matrix2: DMat2 { x_axis: DVec2::X, y_axis: DVec2::NEG_Y }, translation: DVec2::Y };
+
+/// A picture, and the map of texture coordinates before it is looked up.
+pub(super) struct Bitmap {
+    pub texture: Texture,
+    pub to_uv: DAffine2,
+}
 
 /// The picture of a texture; none where it is of another kind and the reader is lenient.
 pub(super) fn bitmap<'a>(
     element: &'a Element,
     context: &'a Context<'a>,
-) -> Result<Option<Texture>, SceneError> {
+) -> Result<Option<Bitmap>, SceneError> {
     let object = Object::new(element, context)?;
     let kind = object.kind()?;
     if kind != "bitmap" {
@@ -24,17 +35,29 @@ pub(super) fn bitmap<'a>(
         object.choice(name, only, &[only])?;
     }
     let encoding = if object.boolean("raw")? { Encoding::Plain } else { Encoding::Colour };
+    let to_uv = flat_map(&object)?;
     object.finish()?;
     let path = context.reader.beside_scene(name);
     let picture = context.reader.picture_at(&path, encoding);
     let picture = picture.map_err(|reason| object.error(format!("`{name}`: {reason}")))?;
-    let texture = Texture::new(path.display().to_string(), picture);
+    let texture = Texture::new(path.display().to_string(), picture).map(|new| new.of_file(path, encoding));
     let texture = texture
         .ok_or_else(|| object.error(format!("`{name}` holds what is no number; allowed: finite values")))?;
     if texture.max().max_element() > 1.0 || texture.min().min_element() < 0.0 {
         return Err(object.error(format!("`{name}` reaches {}; allowed: values from 0 to 1", texture.max())));
     }
-    Ok(Some(texture))
+    Ok(Some(Bitmap { texture, to_uv }))
+}
+
+/// `to_uv`, as far as it keeps to the plane of texture coordinates.
+fn flat_map(object: &Object) -> Result<DAffine2, SceneError> {
+    let map = object.transform("to_uv")?.0;
+    let [x, y] = [map.matrix3.x_axis, map.matrix3.y_axis];
+    let flat = DAffine2::from_cols(x.truncate(), y.truncate(), map.translation.truncate());
+    if x.z != 0.0 || y.z != 0.0 || flat.matrix2.determinant() == 0.0 {
+        return Err(object.error("`to_uv` leaves the plane of x and y or flattens it; allowed: <scale> and <translate> in x and y, <rotate z=\"1\" .../>"));
+    }
+    Ok(flat)
 }
 
 #[cfg(test)]
@@ -59,8 +82,8 @@ mod tests {
                 "`wrap_mode`: unknown name `clamp`;",
             ),
             (
-                "<texture name='reflectance' type='bitmap'><string name='filename' value='a'/><transform name='to_uv'/></texture>",
-                "<transform> `to_uv` is not supported",
+                "<texture name='reflectance' type='bitmap'><string name='filename' value='a'/><transform name='to_uv'><rotate x='1' angle='40'/></transform></texture>",
+                "`to_uv` leaves the plane of x and y",
             ),
         ] {
             fails(&textured(texture), 8, words);
