@@ -4,7 +4,7 @@ use std::f64::consts::PI as PI64;
 use super::distant::{beyond, cross_section, outside};
 use super::{EmissionSample, IlluminationSample};
 use crate::film::Image;
-use crate::math::{BoundingSphere, Rgb, Vec2, Vec3, mean, warp};
+use crate::math::{BoundingSphere, DVec3, Rgb, Vec2, Vec3, mean, warp};
 
 /// Light from all around the scene.
 ///
@@ -84,15 +84,19 @@ impl Environment {
 /// A picture of all directions in geographic coordinates: longitude from left to right, all around, and latitude from the zenith
 /// at the top. The middle of the picture lies along `-z` before it is turned, its right half towards `+x`; `y` is up.
 ///
-/// Radiance is bilinear between the middles of pixels. Directions are drawn by pixels, in proportion to their solid angle and the
-/// mean of the nine around: positive wherever there is light.
+/// Its first row is the zenith and its last one the nadir; pixels of a row stand in the middles of equal arcs. Between them
+/// radiance is bilinear. Directions are drawn by the fields between pixels, in proportion to their solid angle and the mean of the four
+/// around: positive wherever there is light.
+///
+/// # Source
+/// Mitsuba 3.9 places the pixels of its `envmap` so: the same file is the same sky in both.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Panorama {
     picture: Image,
     scale: f32,
     /// About `y`, in radians: by so much is the picture turned, counter-clockwise seen from above.
     turn: f32,
-    /// Running sums of the rows' shares, up to 1, and within each row of its pixels'.
+    /// Running sums of the shares of the bands between rows, up to 1, and within each band of its fields'.
     rows: Vec<f64>,
     columns: Vec<f64>,
     integral: Rgb,
@@ -101,12 +105,13 @@ pub struct Panorama {
 impl Panorama {
     /// `picture` holds radiance (W/m²/sr), which is multiplied by `scale`. `None` where it is all black, or not a number.
     pub fn new(picture: Image, scale: f32, turn: f32) -> Option<Panorama> {
-        let (width, height) = (picture.width(), picture.height());
+        let width = picture.width();
         let mut panorama =
             Panorama { picture, scale, turn, rows: Vec::new(), columns: Vec::new(), integral: Rgb::ZERO };
+        let n_bands = panorama.n_bands();
         let mut sum = 0.0;
-        for y in 0..height {
-            let solid_angle = band(y, height) / width as f64;
+        for y in 0..n_bands {
+            let solid_angle = band(y, n_bands) / width as f64;
             let mut along = 0.0;
             for x in 0..width {
                 along += panorama.around(x, y);
@@ -137,28 +142,32 @@ impl Panorama {
         self.turn
     }
 
-    /// The mean of the nine pixels around one.
+    /// Bands between two rows; a single row is the same from pole to pole.
+    fn n_bands(&self) -> usize {
+        (self.picture.height() - 1).max(1)
+    }
+
+    /// The mean of the four pixels around a field.
     fn around(&self, x: usize, y: usize) -> f64 {
-        let near = |k: usize| (k % 3, k / 3);
-        let sum = (0..9).map(near).map(|(i, j)| f64::from(mean(self.pixel(x + i, 1, y + j, 1))));
-        sum.sum::<f64>() / 9.0
+        let corners = [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)];
+        corners.into_iter().map(|(x, y)| f64::from(mean(self.pixel(x, y)))).sum::<f64>() / 4.0
     }
 
-    /// Pixel `x - left`, `y - up`: columns go around, rows end.
-    fn pixel(&self, x: usize, left: usize, y: usize, up: usize) -> Rgb {
+    /// Columns go around, rows end.
+    fn pixel(&self, x: usize, y: usize) -> Rgb {
         let (width, height) = (self.picture.width(), self.picture.height());
-        let (x, y) = ((x + width - left) % width, y.saturating_sub(up).min(height - 1));
-        self.picture.pixels()[y * width + x]
+        self.picture.pixels()[y.min(height - 1) * width + x % width]
     }
 
-    /// The integral of the radiance over all directions, by the middles of pixels.
+    /// The integral of the radiance over all directions.
     fn integrated(&self) -> Rgb {
-        let (width, height) = (self.picture.width(), self.picture.height());
-        let row = |y: usize| {
-            let sum = self.picture.pixels()[y * width..(y + 1) * width].iter().map(|p| p.as_dvec3());
-            sum.sum::<crate::math::DVec3>() * (band(y, height) / width as f64)
+        let (width, n_bands) = (self.picture.width(), self.n_bands());
+        let row = |y: usize| (0..width).map(|x| self.pixel(x, y).as_dvec3()).sum::<DVec3>() / width as f64;
+        let between = |y: usize| {
+            let lower = lower_share(y, n_bands);
+            (1.0 - lower) * row(y) + lower * row(y + 1)
         };
-        (0..height).map(row).sum::<crate::math::DVec3>().as_vec3() * self.scale
+        (0..n_bands).map(|y| band(y, n_bands) * between(y)).sum::<DVec3>().as_vec3() * self.scale
     }
 
     /// From the left and from the top, in pictures.
@@ -169,45 +178,52 @@ impl Panorama {
         ((0.5 + longitude / (2.0 * PI64)).rem_euclid(1.0), colatitude / PI64)
     }
 
+    /// The field that lies there, and how far into it, from its left and from its top.
+    fn field(&self, dir: Vec3) -> ([usize; 2], [f64; 2]) {
+        let ((u, v), width) = (self.place(dir), self.picture.width());
+        let (x, y) = ((u * width as f64 - 0.5).rem_euclid(width as f64), v * self.n_bands() as f64);
+        let (left, top) = ((x as usize).min(width - 1), (y as usize).min(self.n_bands() - 1));
+        ([left, top], [x - left as f64, y - top as f64])
+    }
+
     fn radiance(&self, dir: Vec3) -> Rgb {
-        let (u, v) = self.place(dir);
-        let width = self.picture.width();
-        let x = u * width as f64 + 0.5;
-        let y = v * self.picture.height() as f64 + 0.5;
-        let (left, top) = (x as usize, y as usize);
-        let (fx, fy) = ((x - left as f64) as f32, (y - top as f64) as f32);
-        // Half a pixel to the left and up: the corners are pixels left - 1, top - 1 to left, top.
+        let ([left, top], along) = self.field(dir);
+        let [x, y] = along.map(|along| along as f32);
         let [a, b] =
-            [1, 0].map(|up| self.pixel(left, 1, top, up) * (1.0 - fx) + self.pixel(left, 0, top, up) * fx);
-        self.scale * (a * (1.0 - fy) + b * fy)
+            [top, top + 1].map(|row| self.pixel(left, row) * (1.0 - x) + self.pixel(left + 1, row) * x);
+        self.scale * (a * (1.0 - y) + b * y)
     }
 
     fn pdf_w(&self, dir: Vec3) -> f32 {
-        let (u, v) = self.place(dir);
-        let (width, height) = (self.picture.width(), self.picture.height());
-        let (x, y) =
-            (((u * width as f64) as usize).min(width - 1), ((v * height as f64) as usize).min(height - 1));
+        let ([x, y], _) = self.field(dir);
+        let width = self.picture.width();
         let row = &self.columns[y * width..(y + 1) * width];
         let share = step(&self.rows, y) * step(row, x);
-        (share * width as f64 / band(y, height)) as f32
+        (share * width as f64 / band(y, self.n_bands())) as f32
     }
 
     fn sample(&self, u: Vec2) -> Vec3 {
-        let (width, height) = (self.picture.width(), self.picture.height());
+        let (width, n_bands) = (self.picture.width(), self.n_bands());
         let (y, down) = chosen(&self.rows, f64::from(u.x));
         let (x, along) = chosen(&self.columns[y * width..(y + 1) * width], f64::from(u.y));
-        let longitude = ((x as f64 + along) / width as f64 - 0.5) * 2.0 * PI64 - f64::from(self.turn);
-        let [top, bottom] = [y, y + 1].map(|y| (y as f64 / height as f64 * PI64).cos());
+        let longitude = ((x as f64 + along + 0.5) / width as f64 - 0.5) * 2.0 * PI64 - f64::from(self.turn);
+        let [top, bottom] = [y, y + 1].map(|y| (y as f64 / n_bands as f64 * PI64).cos());
         let cos = top + down * (bottom - top);
         let sin = (1.0 - cos * cos).max(0.0).sqrt();
         Vec3::new((sin * longitude.sin()) as f32, cos as f32, (-sin * longitude.cos()) as f32)
     }
 }
 
-/// The solid angle of a row of pixels (sr).
-fn band(y: usize, height: usize) -> f64 {
-    let cos = |y: usize| (y as f64 / height as f64 * PI64).cos();
+/// The solid angle of a band of `n` (sr).
+fn band(y: usize, n: usize) -> f64 {
+    let cos = |y: usize| (y as f64 / n as f64 * PI64).cos();
     2.0 * PI64 * (cos(y) - cos(y + 1))
+}
+
+/// The mean over a band of `n`, by solid angle, of what grows from 0 at its upper edge to 1 at its lower one.
+fn lower_share(y: usize, n: usize) -> f64 {
+    let (height, [top, bottom]) = (PI64 / n as f64, [y, y + 1].map(|y| y as f64 / n as f64 * PI64));
+    2.0 * PI64 * ((bottom.sin() - top.sin()) / height - bottom.cos()) / band(y, n)
 }
 
 /// The share of place `k`.
@@ -294,6 +310,36 @@ mod tests {
             let flux = f64::from(mean(environment.flux()));
             assert!((sum / flux - 1.0).abs() < 0.03, "{sum} {flux}");
         }
+    }
+
+    /// Rows stand at equal steps from pole to pole, and pixels in the middles of equal arcs. Catches a shift by half a pixel.
+    #[test]
+    fn pixels_stand_where_they_do_for_mitsuba() {
+        let pixels = (0..8 * 5).map(|k| Rgb::new(k as f32, 1.0, 0.0)).collect();
+        let sky = Panorama::new(Image::from_pixels(8, 5, pixels).unwrap(), 1.0, 0.0).unwrap();
+        for (x, y) in (0..8).flat_map(|x| (1..4).map(move |y| (x, y))) {
+            let (longitude, latitude) = ((x as f32 + 0.5) / 8.0 * 2.0 * PI, y as f32 / 4.0 * PI);
+            let across = Vec3::new(-longitude.sin(), 0.0, longitude.cos());
+            let dir = latitude.sin() * across + latitude.cos() * Vec3::Y;
+            assert!(
+                (sky.radiance(dir).x - (8 * y + x) as f32).abs() < 1e-3,
+                "{x} {y}: {}",
+                sky.radiance(dir)
+            );
+        }
+        assert!((sky.radiance(Vec3::NEG_Y).x - 35.5).abs() < 4.0);
+    }
+
+    /// `∫ L dω` of a sky that is `θ` is `2 π ∫ θ sin θ dθ = 2 π²`, however few rows it has.
+    #[test]
+    fn the_flux_of_a_slope_is_exact() {
+        for rows in [2, 3, 17] {
+            let slope = (0..rows).map(|y| Rgb::splat(PI * y as f32 / (rows - 1) as f32)).collect();
+            let sky = Panorama::new(Image::from_pixels(1, rows, slope).unwrap(), 1.0, 0.0).unwrap();
+            assert!((sky.integral.x / (2.0 * PI * PI) - 1.0).abs() < 1e-6, "{rows}: {}", sky.integral.x);
+        }
+        let row = Image::from_pixels(2, 1, vec![Rgb::ONE, Rgb::ZERO]).unwrap();
+        assert!((Panorama::new(row, 1.0, 0.0).unwrap().integral.x / (2.0 * PI) - 1.0).abs() < 1e-6);
     }
 
     /// The middle of the picture lies along -z, its right half along +x, its top along +y; it turns counter-clockwise.
