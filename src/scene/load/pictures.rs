@@ -28,24 +28,54 @@ impl Reader<'_> {
         }
     }
 
-    /// The picture in a file: by its extension an EXR, a PNG or a JPEG.
+    /// The picture in a file, by its extension.
     pub fn picture_at(&self, path: &Path, encoding: Encoding) -> Result<Image, String> {
-        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-        let decode: fn(&Path, &[u8]) -> Result<Image, String> = match extension.as_str() {
-            "exr" => |path, bytes| read_exr_bytes(path, bytes).map_err(|e| e.to_string()),
-            "png" => |path, bytes| read_png_bytes(path, bytes).map_err(|e| e.to_string()),
-            "jpg" | "jpeg" => |_, bytes| read_jpeg(bytes),
-            other => {
-                return Err(format!("`.{other}` is no picture that is read; allowed: exr, png, jpg, jpeg"));
-            }
-        };
+        let kind = Kind::of_name(path)?;
         let bytes = self.read(path, KIND).map_err(|denial| denial.reason())?;
-        let mut picture = decode(path, &bytes)?;
-        if encoding == Encoding::Colour && extension != "exr" {
-            picture.pixels_mut().iter_mut().for_each(|pixel| *pixel = pixel.map(linear));
-        }
-        Ok(picture)
+        decode(kind, path, &bytes, encoding)
     }
+}
+
+/// How a picture is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    Exr,
+    Png,
+    Jpeg,
+}
+
+impl Kind {
+    fn of_name(path: &Path) -> Result<Kind, String> {
+        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+        match extension.as_str() {
+            "exr" => Ok(Kind::Exr),
+            "png" => Ok(Kind::Png),
+            "jpg" | "jpeg" => Ok(Kind::Jpeg),
+            other => Err(format!("`.{other}` is no picture that is read; allowed: exr, png, jpg, jpeg")),
+        }
+    }
+
+    /// PNG or JPEG by the first bytes.
+    pub fn of_content(bytes: &[u8]) -> Option<Kind> {
+        match bytes {
+            [0x89, b'P', b'N', b'G', ..] => Some(Kind::Png),
+            [0xff, 0xd8, 0xff, ..] => Some(Kind::Jpeg),
+            _ => None,
+        }
+    }
+}
+
+/// The picture in the bytes of a file; `name` is for messages.
+pub(super) fn decode(kind: Kind, name: &Path, bytes: &[u8], encoding: Encoding) -> Result<Image, String> {
+    let mut picture = match kind {
+        Kind::Exr => return read_exr_bytes(name, bytes).map_err(|e| e.to_string()),
+        Kind::Png => read_png_bytes(name, bytes).map_err(|e| e.to_string())?,
+        Kind::Jpeg => read_jpeg(bytes)?,
+    };
+    if encoding == Encoding::Colour {
+        picture.pixels_mut().iter_mut().for_each(|pixel| *pixel = pixel.map(linear));
+    }
+    Ok(picture)
 }
 
 /// Undoes sRGB's curve.

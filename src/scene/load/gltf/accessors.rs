@@ -4,7 +4,7 @@ use gltf::Accessor;
 use gltf::accessor::{DataType, Dimensions};
 
 use super::buffers::Buffers;
-use crate::math::Vec3;
+use crate::math::{Vec2, Vec3};
 
 /// The three floats of each element.
 pub(super) fn vectors(accessor: &Accessor, buffers: &Buffers) -> Result<Vec<Vec3>, String> {
@@ -16,6 +16,23 @@ pub(super) fn vectors(accessor: &Accessor, buffers: &Buffers) -> Result<Vec<Vec3
     };
     let vector = |bytes: &[u8]| Vec3::new(float(bytes, 0), float(bytes, 1), float(bytes, 2));
     Ok(elements(accessor, buffers)?.map(vector).collect())
+}
+
+/// The two numbers of each element: floats, or shares of the largest whole number.
+pub(super) fn pairs(accessor: &Accessor, buffers: &Buffers) -> Result<Vec<Vec2>, String> {
+    let number: fn(&[u8]) -> f32 = match (accessor.data_type(), accessor.dimensions()) {
+        (DataType::F32, Dimensions::Vec2) => {
+            |bytes| bytes.first_chunk().map_or(f32::NAN, |four| f32::from_le_bytes(*four))
+        }
+        (DataType::U8, Dimensions::Vec2) => |bytes| f32::from(bytes[0]) / 255.0,
+        (DataType::U16, Dimensions::Vec2) => {
+            |bytes| f32::from(u16::from_le_bytes([bytes[0], bytes[1]])) / 65535.0
+        }
+        _ => return Err(told(accessor, "holds no pairs of floats or shares, which are expected")),
+    };
+    let size = accessor.size() / 2;
+    let pair = |bytes: &[u8]| Vec2::new(number(&bytes[..size]), number(&bytes[size..]));
+    Ok(elements(accessor, buffers)?.map(pair).collect())
 }
 
 /// Indices of one, two or four bytes.

@@ -1,6 +1,6 @@
 //! The bytes that a glTF file keeps elsewhere: in its own second part, in its text, or in files beside it.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -22,7 +22,7 @@ impl Buffers {
                 Source::Bin => {
                     file.blob.clone().ok_or_else(|| told(String::from("the file has no binary part")))?
                 }
-                Source::Uri(uri) => content(uri, path, reader).map_err(told)?,
+                Source::Uri(uri) => content(uri, path, reader, "a buffer of a glTF scene").map_err(told)?,
             };
             match bytes.len() < buffer.length() {
                 false => Ok(bytes),
@@ -43,7 +43,7 @@ impl Buffers {
 }
 
 /// What stands behind `data:...;base64,`, or the file of that name.
-fn content(uri: &str, path: &Path, reader: &Reader) -> Result<Vec<u8>, String> {
+pub(super) fn content(uri: &str, path: &Path, reader: &Reader, kind: &str) -> Result<Vec<u8>, String> {
     if let Some(data) = uri.strip_prefix("data:") {
         let encoded = data.split_once(";base64,").map(|(_, encoded)| encoded);
         let encoded = encoded.ok_or("its data are not base64; allowed: `data:...;base64,...`")?;
@@ -52,10 +52,15 @@ fn content(uri: &str, path: &Path, reader: &Reader) -> Result<Vec<u8>, String> {
     if uri.contains("://") {
         return Err(String::from("lies in a network; allowed: files, and `data:...;base64,...`"));
     }
-    let name = decoded(uri).ok_or("its name is no text in percent encoding")?;
-    let file = path.parent().unwrap_or(Path::new("")).join(name);
+    let file = file(uri, path).ok_or("its name is no text in percent encoding")?;
     let denied = |denial: Denial| format!("`{}` {}", file.display(), denial.reason());
-    reader.read(&file, "a buffer of a glTF scene").map_err(denied)
+    reader.read(&file, kind).map_err(denied)
+}
+
+/// The file of that name beside the scene; none where the data stand in the name.
+pub(super) fn file(uri: &str, path: &Path) -> Option<PathBuf> {
+    let is_data = uri.starts_with("data:");
+    decoded(uri).filter(|_| !is_data).map(|name| path.parent().unwrap_or(Path::new("")).join(name))
 }
 
 /// `%41` stands for `A`.

@@ -3,11 +3,12 @@
 mod accessors;
 mod buffers;
 mod materials;
+mod textures;
 
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use glam::{DAffine3, DMat4};
+use glam::{DAffine2, DAffine3, DMat4};
 use gltf::camera::Projection;
 use gltf::khr_lights_punctual::{Kind, Light};
 use gltf::mesh::Mode;
@@ -15,6 +16,7 @@ use gltf::{Gltf, Mesh as Shape, Node, Primitive};
 
 use self::buffers::Buffers;
 use self::materials::Materials;
+use self::textures::Pictures;
 use super::super::{CameraDesc, FilmDesc, LightDesc, Mesh, Places, PointLightDesc, SceneDesc, SceneError};
 use super::access::{Denial, Reader};
 use super::affine::Affine;
@@ -22,7 +24,7 @@ use super::geometry::{Geometry, Normals, Placement, is_traceable};
 use super::source::file_error;
 use super::{bare_mesh, settings};
 use crate::light::Spot;
-use crate::math::{Aabb, DVec3, Rgb, Vec3};
+use crate::math::{Aabb, DVec3, Rgb, Vec2, Vec3};
 
 /// Nodes may be nested this deep.
 const DEEPEST: usize = 256;
@@ -106,6 +108,7 @@ impl<'a> Parts<'a> {
             "KHR_materials_transmission",
             "KHR_materials_volume",
             "KHR_materials_emissive_strength",
+            "KHR_texture_transform",
         ];
         let unknown: Vec<&str> = file.extensions_used().filter(|name| !known.contains(name)).collect();
         if !unknown.is_empty() {
@@ -161,7 +164,8 @@ impl<'a> Parts<'a> {
     }
 
     fn primitive(&mut self, primitive: &Primitive, name: &str, to_world: Affine) -> Result<(), SceneError> {
-        let geometry = self.geometry(primitive).map_err(|reason| self.error(format!("{name}: {reason}")))?;
+        let told = |reason| file_error(self.path, format!("{name}: {reason}"));
+        let mut geometry = self.geometry(primitive).map_err(told)?;
         let n_triangles = geometry.triangles.len();
         self.triangles += n_triangles as u64;
         let most = self.reader.limits().triangles;
@@ -175,7 +179,14 @@ impl<'a> Parts<'a> {
             self.tell(&format!("{name}: has no triangles; the picture lacks it"));
             return Ok(());
         }
-        let material = self.materials.number(&primitive.material(), self.path, &mut self.warnings);
+        let pictures = Pictures { path: self.path, reader: self.reader, buffers: self.buffers };
+        let material = self.materials.number(&primitive.material(), pictures, &mut self.warnings);
+        if let Some(to_uv) = self.materials.to_uv(material) {
+            geometry.uvs = self.uvs(primitive, to_uv, geometry.vertices.len()).map_err(told)?;
+            if geometry.uvs.is_none() {
+                self.tell(&format!("{name}: has no TEXCOORD_0; one place of its pictures is all over it"));
+            }
+        }
         let (path, shown) = (self.path, format!("{name}: "));
         let placement = Placement {
             name,
@@ -219,6 +230,18 @@ impl<'a> Parts<'a> {
             triangles: triangles(primitive.mode(), &indices),
             ignored: 0,
         })
+    }
+
+    /// The texture coordinates of each vertex.
+    fn uvs(&self, primitive: &Primitive, to_uv: DAffine2, n: usize) -> Result<Option<Vec<Vec2>>, String> {
+        let Some(accessor) = primitive.get(&gltf::Semantic::TexCoords(0)) else { return Ok(None) };
+        let uvs = accessors::pairs(&accessor, self.buffers)?;
+        if uvs.len() != n {
+            return Err(String::from("has not as many texture coordinates as positions; allowed: as many"));
+        }
+        let moved = |uv: Vec2| to_uv.transform_point2(uv.as_dvec2()).as_vec2();
+        let finite = |uv: Vec2| if uv.is_finite() { uv } else { Vec2::ZERO };
+        Ok(Some(uvs.into_iter().map(|uv| finite(moved(uv))).collect()))
     }
 
     fn camera(&mut self, camera: &gltf::Camera, to_world: Affine) -> Result<(), SceneError> {

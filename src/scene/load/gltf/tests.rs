@@ -17,7 +17,7 @@ fn buffer() -> Vec<u8> {
 }
 
 /// A triangle in a node that is moved by 2 along x, a camera, and a lamp.
-fn scene() -> Value {
+pub(super) fn scene() -> Value {
     let vectors = |view| json!({ "bufferView": view, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 1] });
     json!({
         "asset": { "version": "2.0" },
@@ -44,12 +44,14 @@ fn scene() -> Value {
     })
 }
 
-fn read(value: &Value) -> Result<SceneDesc, String> {
+pub(super) fn read(value: &Value) -> Result<SceneDesc, String> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("s.gltf");
     fs::write(&path, value.to_string()).unwrap();
     fs::write(folder.path().join("a b.bin"), buffer()).unwrap();
-    load(&path).map_err(|e| e.to_string().replace(&format!("{}/", folder.path().display()), ""))
+    let shorten = |text: String| text.replace(&format!("{}/", folder.path().display()), "");
+    let scene = load(&path).map_err(|e| shorten(e.to_string()))?;
+    Ok(SceneDesc { warnings: scene.warnings.iter().cloned().map(shorten).collect(), ..scene })
 }
 
 fn changed(pointer: &str, to: Value) -> Value {
