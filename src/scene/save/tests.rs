@@ -396,7 +396,8 @@ fn pictures_come_back_with_the_places_that_show_them() {
     {
         let grey = Some(picture(&folder, "grey.png", Encoding::Plain));
         let roughness = if matches!(bsdf, Bsdf::Rough(_)) { grey } else { None };
-        let desc = pictured(bsdf, Textures { color, roughness, ..Textures::NONE }, with_sphere);
+        let textures = Textures { color, ..Textures::NONE };
+        let desc = pictured(bsdf, Textures { roughness, ..textures }, with_sphere);
         for name in ["s.toml", "s.xml"] {
             let back = there_and_back(&desc, name);
             assert_eq!(bare(&back), bare(&normal_form(desc.clone())), "{name} {bsdf:?} {with_sphere}");
