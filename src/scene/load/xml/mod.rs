@@ -6,6 +6,7 @@ mod document;
 mod element;
 mod emitters;
 mod ior;
+mod look;
 mod materials;
 mod object;
 mod sensor;
