@@ -33,8 +33,7 @@ const DEEPEST: usize = 256;
 pub(super) fn read(path: &Path, reader: &Reader) -> Result<SceneDesc, SceneError> {
     let denied = |denial: Denial| file_error(path, denial.reason());
     let bytes = reader.read(path, "a glTF scene").map_err(denied)?;
-    let file = Gltf::from_slice(&bytes)
-        .map_err(|e| file_error(path, format!("is no glTF 2.0 that is sound: {e}")))?;
+    let file = parsed(&bytes).map_err(|reason| file_error(path, reason))?;
     let version = &file.as_json().asset.version;
     if !version.starts_with("2.") {
         return Err(file_error(path, format!("is glTF {version}; allowed: 2.0")));
@@ -48,6 +47,23 @@ pub(super) fn read(path: &Path, reader: &Reader) -> Result<SceneDesc, SceneError
         parts.node(&node, Affine::IDENTITY, 0)?;
     }
     parts.scene(path)
+}
+
+/// The file as data that is checked. The crate's own checks panic where positions are no accessor, so those are looked at first.
+fn parsed(bytes: &[u8]) -> Result<Gltf, String> {
+    let unsound = |e: gltf::Error| format!("is no glTF 2.0 that is sound: {e}");
+    let Gltf { document, blob } = Gltf::from_slice_without_validation(bytes).map_err(unsound)?;
+    let json = document.into_json();
+    let positions = gltf::json::validation::Checked::Valid(gltf::Semantic::Positions);
+    let primitives = json.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    let given = primitives.filter_map(|primitive| primitive.attributes.get(&positions));
+    let n = json.accessors.len();
+    if let Some(index) = given.map(|index| index.value()).find(|&index| index >= n) {
+        return Err(format!(
+            "has positions in accessor {index}; allowed: less than {n}, as many as there are"
+        ));
+    }
+    Ok(Gltf { document: gltf::Document::from_json(json).map_err(unsound)?, blob })
 }
 
 /// What a scene is put together from.

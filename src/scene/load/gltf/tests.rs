@@ -164,6 +164,11 @@ fn unsound_files_are_refused() {
         ("/asset/version", json!("1.0"), "s.gltf: is glTF 1.0; allowed: 2.0"),
         ("/nodes/0/children", json!([0]), "node 0 is nested in itself"),
         ("/nodes/0/children", json!([1, 1]), "node 1 is nested in itself, in two nodes"),
+        (
+            "/meshes/0/primitives/0/attributes/POSITION",
+            json!(3),
+            "has positions in accessor 3; allowed: less than 3",
+        ),
         ("/accessors/0/count", json!(4), "accessor 0 reaches beyond its buffer"),
         ("/accessors/0/count", json!(u64::MAX), "accessor 0 reaches beyond its buffer"),
         ("/accessors/1/count", json!(2), "not as many normals as positions"),
