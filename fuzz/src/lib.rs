@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use caustica::scene::{Access, SceneDesc, SceneError, load_with};
+pub use caustica::scene::Access;
+use caustica::scene::{SceneDesc, SceneError, load_with};
 
 /// A scene whose mesh has no material but its own.
 pub const SCENE: &str =
@@ -15,12 +16,29 @@ pub const MESH: &str = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2
 /// Materials for a mesh.
 pub const MATERIALS: &str = "newmtl a\nKd 1 0 0\nnewmtl b\nKe 1 1 1\n";
 
+/// A picture of two pixels, as PNG.
+pub const PIXELS: &[u8] = include_bytes!("pixels.png");
+
+/// A triangle, as PLY.
+pub const PLY: &[u8] = include_bytes!("../seeds/ply/ascii.ply");
+
+/// A scene of a PLY mesh with a picture on it.
+pub const PLY_SCENE: &str = "camera = { position = [0, 0, 5], look_at = [0, 0, 0], fov = 40 }\n\
+    material.a.diffuse.albedo = \"p.png\"\n[[mesh]]\nfile = \"m.ply\"\nmaterial = \"a\"\n";
+
+/// Files in memory.
+pub fn files(files: &[(&str, &[u8])]) -> BTreeMap<PathBuf, Vec<u8>> {
+    files.iter().map(|(name, bytes)| (name.into(), bytes.to_vec())).collect()
+}
+
+/// Loads a scene from memory, by the name of its file.
+pub fn load_from(name: &str, access: Access) -> Result<SceneDesc, SceneError> {
+    load_with(Path::new(name), &access)
+}
+
 /// Loads a scene from memory.
 pub fn load(scene: &[u8], mesh: &[u8], materials: &[u8]) -> Result<SceneDesc, SceneError> {
-    let files = [("s.toml", scene), ("m.obj", mesh), ("m.mtl", materials)];
-    let files: BTreeMap<PathBuf, Vec<u8>> =
-        files.into_iter().map(|(name, bytes)| (name.into(), bytes.to_vec())).collect();
-    load_with(Path::new("s.toml"), &Access::given(files))
+    load_from("s.toml", Access::given(files(&[("s.toml", scene), ("m.obj", mesh), ("m.mtl", materials)])))
 }
 
 /// The parts of an input between lines of `%%`.
@@ -39,7 +57,8 @@ pub fn check(loaded: Result<SceneDesc, SceneError>) {
         Ok(scene) => check_scene(&scene),
         Err(error) => {
             let text = error.to_string();
-            assert!(["s.toml", "m.obj", "m.mtl"].iter().any(|file| text.contains(file)), "{text}");
+            const NAMES: [&str; 7] = ["s.toml", "m.obj", "m.mtl", "m.ply", "s.xml", "i.xml", "s.gltf"];
+            assert!(NAMES.iter().any(|file| text.contains(file)), "{text}");
             assert!(text.len() < 4096, "{text}");
         }
     }
@@ -56,6 +75,7 @@ fn check_scene(scene: &SceneDesc) {
         assert!(mesh.materials.iter().all(|&m| m < n_materials));
         assert!(mesh.triangles.iter().flatten().all(|&i| (i as usize) < n_vertices));
         assert!(mesh.vertices.iter().all(|v| v.is_finite() && v.abs().max_element() <= 1.8e18));
+        assert!(mesh.uvs.as_ref().is_none_or(|uvs| uvs.len() == n_vertices));
         if let Some(normals) = &mesh.normals {
             assert_eq!(normals.len(), n_vertices);
             assert!(normals.iter().all(|n| n.is_normalized()));

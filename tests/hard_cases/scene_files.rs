@@ -396,7 +396,7 @@ fn a_render_beyond_memory_is_refused() {
 type Loader = fn(&[u8]);
 
 /// What the fuzz targets do, by their names; a panic is what they must not do.
-const LOADERS: [(&str, Loader); 7] = [
+const LOADERS: [(&str, Loader); 10] = [
     ("scene", |bytes| {
         let text = String::from_utf8_lossy(bytes);
         let parts: Vec<&str> = text.splitn(3, "\n%%\n").collect();
@@ -405,6 +405,18 @@ const LOADERS: [(&str, Loader); 7] = [
     }),
     ("obj", |bytes| load_in_memory(MESH_SCENE.as_bytes(), bytes, b"newmtl a\nKd 1 0 0\n")),
     ("mtl", |bytes| load_in_memory(MESH_SCENE.as_bytes(), MESH_WITH_LIBRARY.as_bytes(), bytes)),
+    ("xml", |bytes| {
+        let text = String::from_utf8_lossy(bytes);
+        let parts: Vec<&str> = text.splitn(3, "\n%%\n").collect();
+        let part = |i: usize| parts.get(i).map_or(&b""[..], |part| part.as_bytes());
+        load_files("s.xml", &[("s.xml", part(0)), ("m.obj", part(1)), ("i.xml", part(2))]);
+    }),
+    ("ply", |bytes| load_files("s.toml", &[("s.toml", PLY_SCENE.as_bytes()), ("m.ply", bytes)])),
+    ("gltf", |bytes| {
+        let line = bytes.windows(4).position(|window| window == b"\n%%\n");
+        let (scene, buffer) = line.map_or((bytes, &b""[..]), |at| (&bytes[..=at], &bytes[at + 4..]));
+        load_files("s.gltf", &[("s.gltf", scene), ("b.bin", buffer)]);
+    }),
     ("exr", |bytes| drop(read_exr_bytes(Path::new("a.exr"), bytes))),
     ("png", |bytes| drop(read_png_bytes(Path::new("a.png"), bytes))),
     ("journal", |bytes| drop(Journal::parse(Path::new("a.jsonl"), &String::from_utf8_lossy(bytes)))),
@@ -413,13 +425,18 @@ const LOADERS: [(&str, Loader); 7] = [
 
 const MESH_SCENE: &str =
     "camera = { position = [0, 0, 5], look_at = [0, 0, 0], fov = 40 }\n[[mesh]]\nfile = \"m.obj\"\n";
+const PLY_SCENE: &str = "camera = { position = [0, 0, 5], look_at = [0, 0, 0], fov = 40 }\n\
+    material.a.mirror.reflectance = [1, 1, 1]\n[[mesh]]\nfile = \"m.ply\"\nmaterial = \"a\"\n";
 const MESH_WITH_LIBRARY: &str = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n";
 
 fn load_in_memory(scene: &[u8], mesh: &[u8], materials: &[u8]) {
-    let files = [("s.toml", scene), ("m.obj", mesh), ("m.mtl", materials)];
+    load_files("s.toml", &[("s.toml", scene), ("m.obj", mesh), ("m.mtl", materials)]);
+}
+
+fn load_files(scene: &str, files: &[(&str, &[u8])]) {
     let files: BTreeMap<PathBuf, Vec<u8>> =
-        files.into_iter().map(|(name, bytes)| (name.into(), bytes.to_vec())).collect();
-    if let Ok(scene) = load_with(Path::new("s.toml"), &Access::given(files)) {
+        files.iter().map(|(name, bytes)| (name.into(), bytes.to_vec())).collect();
+    if let Ok(scene) = load_with(Path::new(scene), &Access::given(files)) {
         let in_range = |i: &u32, n: usize| (*i as usize) < n;
         for mesh in &scene.meshes {
             assert!(mesh.triangles.iter().flatten().all(|i| in_range(i, mesh.vertices.len())));
