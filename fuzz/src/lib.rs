@@ -57,7 +57,7 @@ pub fn check(loaded: Result<SceneDesc, SceneError>) {
         Ok(scene) => check_scene(&scene),
         Err(error) => {
             let text = error.to_string();
-            const NAMES: [&str; 7] = ["s.toml", "m.obj", "m.mtl", "m.ply", "s.xml", "i.xml", "s.gltf"];
+            const NAMES: [&str; 8] = ["s.toml", "m.obj", "m.mtl", "m.ply", "s.xml", "i.xml", "s.gltf", "p.png"];
             assert!(NAMES.iter().any(|file| text.contains(file)), "{text}");
             assert!(text.len() < 4096, "{text}");
         }
