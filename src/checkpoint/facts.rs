@@ -135,12 +135,16 @@ impl Facts {
         if *lens_radius > 0.0 {
             self.add("camera focus_distance", focus_distance);
         }
-        for (Material { name, bsdf, emission, textures: Textures { color, roughness } }, number) in
-            materials.iter().zip(1..)
-        {
+        for (Material { name, bsdf, emission, opacity, textures }, number) in materials.iter().zip(1..) {
             let name = format!("material {number} ({})", file_name(name));
             self.add(name.clone(), format!("{bsdf:?}, emission {emission}"));
-            for (slot, texture) in [("color", color), ("roughness", roughness)] {
+            if *opacity != 1.0 {
+                self.add(format!("{name} opacity"), opacity);
+            }
+            let Textures { color, roughness, opacity } = textures;
+            for (slot, texture) in
+                [("color", color), ("roughness", roughness), ("picture of opacity", opacity)]
+            {
                 if let Some(texture) = texture {
                     self.add(format!("{name} {slot}"), content(texture.image().pixels()));
                 }

@@ -12,12 +12,14 @@ use crate::scene::{Item, Scene};
 const RECEIVER: Wanted =
     Wanted { effects: &[Effect::Diffuse], absent: "no surface reflects diffusely, so none shows light" };
 const CASTER: Wanted = Wanted {
-    effects: &[Effect::SpecularReflection, Effect::SpecularTransmission],
+    effects: &[Effect::SpecularReflection, Effect::SpecularTransmission, Effect::Mask],
     absent: "no surface mirrors or refracts",
 };
 const MIRROR: Wanted = Wanted { effects: &[Effect::SpecularReflection], absent: "no surface mirrors" };
 const GLASS: Wanted = Wanted { effects: &[Effect::SpecularTransmission], absent: "no surface refracts" };
 const ROUGH: Wanted = Wanted { effects: &[Effect::Glossy], absent: "no surface is rough" };
+const MASK: Wanted =
+    Wanted { effects: &[Effect::Mask], absent: "no surface lets light pass as if nothing were there" };
 const PICTURED: Wanted = Wanted { effects: &[Effect::Texture], absent: "no surface has a picture" };
 const LAMP: Wanted = Wanted { effects: &[Effect::Emission], absent: "no surface shines" };
 
@@ -41,6 +43,7 @@ pub(super) struct Facts {
     rough: Verdict,
     /// Any that there is.
     any_rough: Verdict,
+    mask: Verdict,
     texture: Verdict,
     lamp: Verdict,
     lens: Verdict,
@@ -63,6 +66,7 @@ impl Facts {
             glass: reach.reached(GLASS),
             rough: reach.reached(ROUGH),
             any_rough: any_rough(scene),
+            mask: reach.reached(MASK),
             texture: reach.reached(PICTURED),
             lamp: reach.seen(LAMP),
             lens: lens(scene),
@@ -85,6 +89,7 @@ impl Facts {
             glass: on(),
             rough: on(),
             any_rough: any_rough(scene),
+            mask: on(),
             texture: on(),
             lamp: on(),
             lens: lens(scene),
@@ -126,6 +131,7 @@ pub(super) fn effects(facts: &Facts) -> Vec<Decision> {
         Effect::SpecularReflection => &facts.mirror,
         Effect::SpecularTransmission => &facts.glass,
         Effect::Glossy => &facts.rough,
+        Effect::Mask => &facts.mask,
         Effect::Texture => &facts.texture,
         Effect::Emission => &facts.lamp,
         Effect::DeltaLight => &facts.points,
@@ -181,11 +187,12 @@ pub(super) fn refraction(facts: &Facts) -> Verdict {
     facts.glass.clone()
 }
 
-/// Whether any path may meet a surface that mirrors or refracts, be it rough.
+/// Whether any path may meet a surface that mirrors or refracts, be it rough, or a mask.
 ///
 /// Proof: as that of [`refraction`].
 pub(super) fn casters(facts: &Facts) -> Verdict {
-    facts.mirror.clone().or_else(|_| facts.glass.clone()).or_else(|_| facts.rough.clone())
+    let specular = facts.mirror.clone().or_else(|_| facts.glass.clone());
+    specular.or_else(|_| facts.rough.clone()).or_else(|_| facts.mask.clone())
 }
 
 /// Whether photons aimed at casters could help.

@@ -101,6 +101,7 @@ fn arrive(
     chunk: &mut PhotonChunk,
 ) -> Option<Flight> {
     let mut rng = numbers(course, flight.path, segment);
+    let passes = course.stage.scene.passes(hit, &mut rng);
     let scattering = course.stage.scene.scatter(hit, Transport::Power).with_facet(|| rng.next_vec2());
     if segment > 1 && scattering.albedo.max_element() > 0.0 {
         let enters = scattering.coat.transmittance(hit.normal.dot(hit.wo));
@@ -112,6 +113,10 @@ fn arrive(
     }
     let Ledger { flux, absorbed, dropped, .. } = &mut chunk.ledger;
     flux.land(flight.power.as_dvec3(), DVec3::ZERO);
+    if passes {
+        flux.pass(flight.power, Rgb::ZERO);
+        return Some(Flight { ray: hit.pass(), ..*flight });
+    }
     flux.send_on(flight.power, scattering.specular().map(SpecularLobe::weight).sum());
     let onward = go_on(hit, &scattering, course.settings, &mut rng);
     let specular = onward.filter(|onward| onward.event.is_specular());

@@ -183,6 +183,7 @@ impl Strata {
 }
 
 /// One branch of the tree of an eye sample.
+#[derive(Clone, Copy)]
 struct Branch {
     weight: Rgb,
     length: f32,
@@ -204,6 +205,11 @@ impl Branch {
         const SPREAD: u32 = 0x9E37_79B1;
         let key = self.key.wrapping_add(event as u32 + 1).wrapping_mul(SPREAD);
         Branch { weight, length, depth: self.depth + 1, key, pdf_w, ..*self }
+    }
+
+    /// Straight on through a mask. No branch goes on by a diffuse event, so its key is free.
+    fn straight_on(&self, weight: Rgb, length: f32) -> Branch {
+        self.after(Event::Diffuse, f32::INFINITY, weight, length)
     }
 
     /// Its numbers: of each stream others.
@@ -260,6 +266,7 @@ impl EyeTrees<'_> {
     /// Traces all that waits, and what comes of it.
     fn trace(&mut self, fronts: &mut Fronts, see: &mut impl FnMut(&[Ray])) {
         let Fronts { waiting, batch } = fronts;
+        let veiled = self.course.stage.scene.has_masks();
         loop {
             let fuller = usize::from(waiting[1].rays.len() > waiting[0].rays.len());
             batch.take_from(&mut waiting[fuller]);
@@ -274,7 +281,11 @@ impl EyeTrees<'_> {
                     self.see_sky(batch, next..k);
                 }
                 next = k + 1;
-                self.visit(&batch.branches[k], hit, waiting);
+                if veiled {
+                    self.visit_veiled(&batch.branches[k], hit, waiting);
+                } else {
+                    self.visit(&batch.branches[k], hit, waiting);
+                }
             });
             self.see_sky(batch, next..batch.rays.len());
         }
@@ -294,11 +305,62 @@ impl EyeTrees<'_> {
     // Inlined for the same reason as `Surface::at`.
     #[inline(always)]
     fn visit(&mut self, branch: &Branch, hit: &SurfaceHit, waiting: &mut [Front; 2]) {
-        let scene = self.course.stage.scene;
-        let emission = scene.found_emission(self.course.stage.lights, hit, branch.pdf_w);
+        self.see_emission(branch, hit);
+        self.meet(branch, hit, waiting);
+    }
+
+    /// The same where surfaces may be masks.
+    #[inline(never)]
+    fn visit_veiled(&mut self, branch: &Branch, hit: &SurfaceHit, waiting: &mut [Front; 2]) {
+        self.see_emission(branch, hit);
+        if let Some(met) = self.past_mask(branch, hit, waiting) {
+            self.meet(&met, hit, waiting);
+        }
+    }
+
+    /// What of a branch meets the surface. The rest goes straight on, or one of the two by roulette where the branch is faint.
+    fn past_mask(&mut self, branch: &Branch, hit: &SurfaceHit, waiting: &mut [Front; 2]) -> Option<Branch> {
+        let opacity = self.course.stage.scene.opacity(hit);
+        if opacity >= 1.0 {
+            return Some(*branch);
+        }
+        let (met, passed) = if mean(branch.weight) >= self.split_weight {
+            (opacity, 1.0 - opacity)
+        } else {
+            let mut rng = branch.rng(Stream::EyeRoulette, self.course);
+            // The first number is that of the surface's lobes.
+            let _ = rng.next_f32();
+            if rng.next_f32() < opacity { (1.0, 0.0) } else { (0.0, 1.0) }
+        };
+        if passed > 0.0 {
+            let onward = branch.straight_on(branch.weight * passed, branch.length + hit.t);
+            self.go_on(hit.pass(), onward, true, waiting);
+        }
+        (met > 0.0).then_some(Branch { weight: branch.weight * met, ..*branch })
+    }
+
+    /// Follows a branch, unless its chain is too long.
+    #[inline(always)]
+    fn go_on(&mut self, ray: Ray, branch: Branch, crosses: bool, waiting: &mut [Front; 2]) {
+        if branch.depth <= self.course.settings.depth {
+            waiting[usize::from(crosses)].push(ray, branch);
+        } else {
+            self.tile.cut_weight += f64::from(mean(branch.weight));
+        }
+    }
+
+    #[inline(always)]
+    fn see_emission(&mut self, branch: &Branch, hit: &SurfaceHit) {
+        let Stage { scene, lights, .. } = self.course.stage;
+        let emission = scene.found_emission(lights, hit, branch.pdf_w);
         if emission != Rgb::ZERO {
             self.tile.emitted.push((branch.pixel, branch.weight * emission));
         }
+    }
+
+    #[inline(always)]
+    fn meet(&mut self, branch: &Branch, hit: &SurfaceHit, waiting: &mut [Front; 2]) {
+        let scene = self.course.stage.scene;
         let length = branch.length + hit.t;
         let albedo = scene.albedo(hit);
         if albedo != Rgb::ZERO {
@@ -311,21 +373,17 @@ impl EyeTrees<'_> {
 
     /// Follows the specular lobes, or those of a facet: all of them, or one chosen by roulette where the branch is faint.
     fn branch_on(&mut self, branch: &Branch, length: f32, hit: &SurfaceHit, waiting: &mut [Front; 2]) {
-        let settings = self.course.settings;
         let scattering = self.scattering(branch, hit);
+        let (faint, course) = (mean(branch.weight) < self.split_weight, self.course);
         let mut go_on = |event: Event, wi, factor, pdf_w| {
             let branch = branch.after(event, pdf_w, branch.weight * factor, length);
             let Some(ray) = hit.continue_along(event, hit.frame().to_world(wi)) else { return };
-            if branch.depth <= settings.depth {
-                waiting[usize::from(event.crosses())].push(ray, branch);
-            } else {
-                self.tile.cut_weight += f64::from(mean(branch.weight));
-            }
+            self.go_on(ray, branch, event.crosses(), waiting);
         };
-        if mean(branch.weight) >= self.split_weight {
+        if !faint {
             scattering.specular().for_each(|lobe| go_on(lobe.event, lobe.wi, lobe.weight(), lobe.pdf_w));
         } else if let Some(Choice::Specular { event, wi, factor, pdf_w }) =
-            scattering.choose(branch.rng(Stream::EyeRoulette, self.course).next_f32())
+            scattering.choose(branch.rng(Stream::EyeRoulette, course).next_f32())
         {
             go_on(event, wi, factor, pdf_w);
         }

@@ -88,6 +88,12 @@ impl FluxLedger {
         self.roulette -= sent_on;
     }
 
+    /// Books a photon that goes straight on and counts as landed on a surface of this diffuse share: nothing is absorbed, and what flies
+    /// on is no gain of roulette.
+    pub(super) fn pass(&mut self, power: Rgb, albedo: Rgb) {
+        self.land(DVec3::ZERO, power.as_dvec3() - (power * albedo).as_dvec3());
+    }
+
     /// Books what the specular lobes of a surface send on beside the diffuse one of a photon that landed.
     pub(super) fn send_on(&mut self, power: Rgb, share: Rgb) {
         let sent_on = (power * share).as_dvec3();

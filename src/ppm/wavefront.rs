@@ -259,6 +259,8 @@ impl Packet {
     }
 
     /// Sends photons on, one by one, from surfaces that are not Lambertian.
+    ///
+    /// What passes a mask arrives there all the same: hit points on it weigh what they receive by their opacity.
     fn bounce_special(&mut self, course: &Course, draws: Draws, pasts: &mut Pasts, flux: &mut FluxLedger) {
         let Packet { photons, hits, surfaces, specials, enters, .. } = self;
         specials.clear();
@@ -266,6 +268,12 @@ impl Packet {
         for lane in bits(surfaces.found & !surfaces.lambertian) {
             let Some(hit) = course.stage.scene.surface_hit(&photons.rays, hits, lane) else { continue };
             let (mut rng, power) = (draws.of(photons.path[lane]), photons.power(lane));
+            if course.stage.scene.passes(&hit, &mut rng) {
+                enters.set(lane, &hit, course.stage.scene.receiver(&hit).coat);
+                flux.pass(power, at(&surfaces.albedo, lane));
+                specials.set(lane, &hit.pass(), power);
+                continue;
+            }
             let scattering = course.stage.scene.scatter(&hit, Transport::Power);
             let scattering = scattering.with_facet(|| rng.next_vec2());
             enters.set(lane, &hit, scattering.coat);

@@ -62,6 +62,10 @@ fn follow(scene: &Scene, mut rng: Rng, splats: &mut Vec<Splat>) {
     let mut path = LightPath { ray: Ray::new(emission.origin, emission.dir), power: emission.power };
     for _ in 0..MAX_SEGMENTS {
         let Some(hit) = scene.intersect(&path.ray) else { return };
+        if scene.passes(&hit, &mut rng) {
+            path.ray = hit.pass();
+            continue;
+        }
         let scattering = scene.scatter(&hit, Transport::Power).with_facet(|| rng.next_vec2());
         if let Some(seen) = path.connected(scene, &hit, &scattering, &mut rng) {
             splats.extend(filtered(scene, seen));
@@ -167,14 +171,16 @@ pub fn seen_emission(scene: &Scene, seed: u64, sample: u32, pixel: usize) -> Rgb
     scene.intersect(&ray).map_or_else(|| scene.sky(&ray), |hit| scene.emission(&hit))
 }
 
-/// The share of the pixels in whose middle the camera first sees a surface that mirrors or refracts: there
+/// The share of the pixels in whose middle the camera first sees a surface that mirrors or refracts, or a mask: there
 /// [`super::Method::Light`] finds only what the surface itself emits and scatters diffusely.
 pub fn share_seen_specular(scene: &Scene) -> f64 {
     let width = scene.film().width as usize;
     let specular = |&pixel: &usize| {
         let middle = Vec2::new((pixel % width) as f32, (pixel / width) as f32) + 0.5;
         let hit = scene.intersect(&scene.camera().ray(middle));
-        hit.is_some_and(|hit| scene.scatter(&hit, Transport::Camera).specular().next().is_some())
+        hit.is_some_and(|hit| {
+            scene.opacity(&hit) < 1.0 || scene.scatter(&hit, Transport::Camera).specular().next().is_some()
+        })
     };
     (0..pixels(scene)).into_par_iter().filter(specular).count() as f64 / pixels(scene) as f64
 }

@@ -50,6 +50,10 @@ fn radiance(scene: &Scene, ray: Ray, rng: &mut Rng) -> Rgb {
         if path.after != Some(Event::Diffuse) {
             sum += path.throughput * scene.found_emission(scene.lights(), &hit, path.pdf_w);
         }
+        if scene.passes(&hit, rng) {
+            path = path.straight_on(&hit);
+            continue;
+        }
         let scattering = scene.scatter(&hit, path.transport).with_facet(|| rng.next_vec2());
         if let Some(glossy) = &scattering.glossy {
             sum += path.throughput * scene.direct_on_rough(scene.lights(), &hit, glossy, rng).0;
@@ -93,6 +97,11 @@ impl EyePath {
             }
             _ => Rgb::ZERO,
         }
+    }
+
+    /// Through a mask, which no light was sampled through.
+    fn straight_on(&self, hit: &SurfaceHit) -> EyePath {
+        EyePath { ray: hit.pass(), after: Some(Event::Transmission), pdf_w: f32::INFINITY, ..*self }
     }
 
     fn scattered(&self, choice: Choice, coat: Coat, hit: &SurfaceHit, rng: &mut Rng) -> Option<EyePath> {

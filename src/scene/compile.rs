@@ -37,6 +37,7 @@ fn compile<E>(
     let meshes = desc.meshes.into_iter().map(|mesh| without_idle_coordinates(mesh, &materials)).collect();
     let surfaces = surfaces(meshes, desc.spheres);
     let lambertian = materials.iter().map(lambertian).collect();
+    let has_masks = materials.iter().any(Material::is_mask);
     let bounds = surfaces.iter().map(Surface::bounds).fold(Aabb::EMPTY, Aabb::union);
     let free = point_lights.iter().map(PointLightDesc::light);
     let (delta, around): (Vec<Light>, Vec<Light>) =
@@ -49,6 +50,7 @@ fn compile<E>(
         surfaces,
         materials,
         lambertian,
+        has_masks,
         lights,
         camera,
         point_lights,
@@ -75,10 +77,10 @@ fn without_idle_coordinates(mesh: Mesh, materials: &[Material]) -> Mesh {
     Mesh { uvs, ..mesh }
 }
 
-/// The albedo of what is Lambertian and the same everywhere.
+/// The albedo of what is Lambertian and the same everywhere, and lets no light through.
 fn lambertian(material: &Material) -> Option<Rgb> {
     match material.bsdf {
-        Bsdf::Diffuse { albedo } if material.textures.is_none() => Some(albedo),
+        Bsdf::Diffuse { albedo } if material.textures.is_none() && !material.is_mask() => Some(albedo),
         _ => None,
     }
 }

@@ -44,7 +44,7 @@ use crate::bsdf::{Bsdf, SPECULAR, Scattering, Transport};
 use crate::camera::Camera;
 use crate::embree::PACKET;
 use crate::light::{Light, Lights};
-use crate::math::{Aabb, Ray, Rgb};
+use crate::math::{Aabb, Ray, Rgb, Rng};
 
 /// A traceable scene: immutable, so that any number of threads may query it.
 #[derive(Debug)]
@@ -55,6 +55,8 @@ pub struct Scene {
     materials: Vec<Material>,
     /// Of each material, what most surfaces need alone: its albedo, where it is Lambertian and the same everywhere.
     lambertian: Vec<Option<Rgb>>,
+    /// Whether any material is a mask.
+    has_masks: bool,
     lights: Lights,
     camera: Camera,
     /// As the scene describes them, those without power, too.
@@ -192,9 +194,30 @@ impl Scene {
                 || self.spheres().iter().any(|sphere| rough(sphere.material)))
     }
 
-    /// Whether any surface mirrors or refracts.
+    /// Whether any surface mirrors, refracts, or is a mask.
     pub fn any_specular(&self) -> bool {
-        self.materials.iter().any(|material| material.bsdf.is_specular())
+        self.has_masks || self.materials.iter().any(|material| material.bsdf.is_specular())
+    }
+
+    /// Whether any surface is a mask: has an opacity below 1.
+    pub fn has_masks(&self) -> bool {
+        self.has_masks
+    }
+
+    /// The share of light that meets the surface at `hit`; the rest goes straight on: see [`SurfaceHit::pass`].
+    #[inline(always)]
+    pub fn opacity(&self, hit: &SurfaceHit) -> f32 {
+        if !self.has_masks {
+            return 1.0;
+        }
+        self.materials[hit.material as usize].opacity_at(|| hit.texture_coordinates())
+    }
+
+    /// Whether a path goes straight through the surface at `hit`, by roulette. Nothing is drawn where the surface is opaque.
+    #[inline(always)]
+    pub fn passes(&self, hit: &SurfaceHit, rng: &mut Rng) -> bool {
+        let opacity = self.opacity(hit);
+        opacity < 1.0 && rng.next_f32() >= opacity
     }
 
     /// The lights with power.

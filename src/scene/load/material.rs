@@ -47,7 +47,7 @@ fn material(
     reader: &Reader,
     warnings: &mut Vec<String>,
 ) -> Result<Material, SceneError> {
-    let known = [&KINDS[..], &["emission"]].concat();
+    let known = [&KINDS[..], &["emission", "opacity"]].concat();
     let table = field.table(format!("material `{name}`"), &known)?;
     let given: Vec<(&str, Field)> = table.all().filter(|(key, _)| KINDS.contains(key)).collect();
     let [(kind, values)] = &given[..] else { return Err(not_one_kind(&table, given.len())) };
@@ -57,8 +57,9 @@ fn material(
     }
     let mut pictured = Pictured { reader, textures: Textures::NONE };
     let bsdf = bsdf(&table.place, kind, values, &mut pictured)?;
+    let opacity = pictured.opacity(&table)?;
     let (name, emission) = (name.to_owned(), emission.unwrap_or(Rgb::ZERO));
-    Ok(Material { name, bsdf, emission, textures: pictured.textures })
+    Ok(Material { name, bsdf, emission, opacity, textures: pictured.textures })
 }
 
 fn not_one_kind(table: &Fields, n: usize) -> SceneError {
@@ -164,6 +165,21 @@ impl Pictured<'_> {
         let texture = self.texture(&field, Encoding::Plain)?;
         let largest = texture.max().x.clamp(Ggx::LEAST_ALPHA, 1.0);
         self.textures.roughness = Some(texture);
+        Ok(largest)
+    }
+
+    fn opacity(&mut self, table: &Fields) -> Result<f32, SceneError> {
+        let Some(field) = table.optional("opacity") else { return Ok(1.0) };
+        if field.string().is_err() {
+            return field.f32(&FRACTION);
+        }
+        let texture = self.texture(&field, Encoding::Opacity)?;
+        let (least, largest) = (texture.min().x, texture.max().x);
+        if least < 0.0 || largest > 1.0 {
+            let range = format!(" reaches from {least} to {largest}; allowed: values from 0 to 1");
+            return Err(field.error(range));
+        }
+        self.textures.opacity = Some(texture);
         Ok(largest)
     }
 

@@ -13,7 +13,7 @@ use super::fields::Field;
 use crate::film::Image;
 use crate::input;
 use crate::math::Rgb;
-use crate::output::{MAX_PIXELS, read_exr_bytes, read_png_bytes};
+use crate::output::{MAX_PIXELS, read_exr_bytes, read_png_bytes, read_png_opacity_bytes};
 
 const KIND: &str = "a picture (EXR, PNG or JPEG)";
 
@@ -24,6 +24,8 @@ pub(super) enum Encoding {
     Colour,
     /// Plain numbers, such as a roughness.
     Plain,
+    /// Shares of light that meet a surface, plain: alpha where a PNG has it, else luminance.
+    Opacity,
 }
 
 impl Reader<'_> {
@@ -41,6 +43,9 @@ impl Reader<'_> {
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
         let decode: fn(&Path, &[u8]) -> Result<Image, String> = match extension.as_str() {
             "exr" => |path, bytes| read_exr_bytes(path, bytes).map_err(|e| e.to_string()),
+            "png" if encoding == Encoding::Opacity => {
+                |path, bytes| read_png_opacity_bytes(path, bytes).map_err(|e| e.to_string())
+            }
             "png" => |path, bytes| read_png_bytes(path, bytes).map_err(|e| e.to_string()),
             "jpg" | "jpeg" => |_, bytes| read_jpeg(bytes),
             other => {
@@ -52,8 +57,22 @@ impl Reader<'_> {
         if encoding == Encoding::Colour && extension != "exr" {
             picture.pixels_mut().iter_mut().for_each(|pixel| *pixel = pixel.map(linear));
         }
-        Ok(picture)
+        Ok(if encoding == Encoding::Opacity { grey(picture) } else { picture })
     }
+}
+
+/// The luminance of every pixel in all three channels.
+pub(super) fn grey(mut picture: Image) -> Image {
+    picture.pixels_mut().iter_mut().for_each(|pixel| *pixel = Rgb::splat(luminance(*pixel)));
+    picture
+}
+
+/// Of linear RGB; of three equal numbers that number.
+pub(super) fn luminance(color: Rgb) -> f32 {
+    if color.min_element() == color.max_element() {
+        return color.x;
+    }
+    color.dot(Rgb::new(0.2126, 0.7152, 0.0722))
 }
 
 /// Undoes sRGB's curve.

@@ -94,7 +94,10 @@ fn bsdf() -> impl Strategy<Value = Bsdf> {
 
 fn material() -> impl Strategy<Value = Material> {
     let emission = prop_oneof![3 => Just(Rgb::ZERO), 1 => shares().prop_map(|rgb| 17.3 * rgb)];
-    ("[a-c$_.:\" &<>ä\n-]{0,5}", bsdf(), emission).prop_map(|(name, bsdf, emission)| Material {
+    let opacity = prop_oneof![2 => Just(1.0), 1 => share()];
+    let name = "[a-c$_.:\" &<>ä\n-]{0,5}";
+    (name, bsdf(), emission, opacity).prop_map(|(name, bsdf, emission, opacity)| Material {
+        opacity,
         textures: Textures::NONE,
         name,
         bsdf,

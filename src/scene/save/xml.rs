@@ -153,11 +153,19 @@ impl Writer {
             format!("<?caustica name=\"{}\"?>", escaped(&material.name))
         };
         let id = escaped(id);
-        if material.bsdf.transmits() {
+        let inner = format!("<bsdf type=\"{kind}\">{properties}</bsdf>");
+        if material.opacity < 1.0 {
+            let both_sides = format!("<bsdf type=\"twosided\">{inner}</bsdf>");
+            let inner = if material.bsdf.transmits() { inner } else { both_sides };
+            let opacity = float("opacity", material.opacity);
+            self.line(format_args!("<bsdf type=\"mask\" id=\"{id}\">{note}{opacity}"));
+            self.line(format_args!("    {inner}"));
+            self.line("</bsdf>");
+        } else if material.bsdf.transmits() {
             self.line(format_args!("<bsdf type=\"{kind}\" id=\"{id}\">{note}{properties}</bsdf>"));
         } else {
             self.line(format_args!("<bsdf type=\"twosided\" id=\"{id}\">{note}"));
-            self.line(format_args!("    <bsdf type=\"{kind}\">{properties}</bsdf>"));
+            self.line(format_args!("    {inner}"));
             self.line("</bsdf>");
         }
         Ok(())

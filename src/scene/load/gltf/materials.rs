@@ -37,7 +37,8 @@ impl Materials {
         tell_of_the_rest(material, &format!("{}: material `{name}`", path.display()), warnings);
         let emission = material.emissive_strength().unwrap_or(1.0) * Rgb::from(material.emissive_factor());
         let emission = emission.map(|x| if x.is_nan() { 0.0 } else { x.clamp(0.0, f32::MAX) });
-        self.list.push(Material::plain(name, bsdf(material), emission));
+        self.list
+            .push(Material { opacity: opacity(material), ..Material::plain(name, bsdf(material), emission) });
         self.known.insert(material.index(), number);
         number
     }
@@ -70,6 +71,17 @@ fn bsdf(material: &gltf::Material) -> Bsdf {
     }
 }
 
+/// By the constant alpha: all or nothing where the material is cut out.
+fn opacity(material: &gltf::Material) -> f32 {
+    let [_, _, _, alpha] = material.pbr_metallic_roughness().base_color_factor();
+    match material.alpha_mode() {
+        AlphaMode::Opaque => 1.0,
+        AlphaMode::Mask => f32::from(alpha >= material.alpha_cutoff().unwrap_or(0.5)),
+        AlphaMode::Blend if alpha.is_nan() => 1.0,
+        AlphaMode::Blend => alpha.clamp(0.0, 1.0),
+    }
+}
+
 fn tell_of_the_rest(material: &gltf::Material, label: &str, warnings: &mut Vec<String>) {
     let pbr = material.pbr_metallic_roughness();
     let textures = [
@@ -83,8 +95,8 @@ fn tell_of_the_rest(material: &gltf::Material, label: &str, warnings: &mut Vec<S
     if !named.is_empty() {
         warnings.push(format!("{label}: {} are not read; the factors count", named.join(", ")));
     }
-    if material.alpha_mode() != AlphaMode::Opaque {
-        warnings.push(format!("{label}: alpha is not supported; opaque"));
+    if material.alpha_mode() != AlphaMode::Opaque && pbr.base_color_texture().is_some() {
+        warnings.push(format!("{label}: alpha of baseColorTexture is not read; that of the factor counts"));
     }
     let mixed = |x: f32| x > 0.0 && x < 1.0;
     let transmission = material.transmission().map_or(0.0, |transmission| transmission.transmission_factor());

@@ -42,7 +42,11 @@ impl Materials {
 
     fn add(&mut self, number: usize, name: String, surface: Surface, line: usize) {
         let first = self.push(
-            Material { textures: surface.textures.clone(), ..Material::plain(name, surface.bsdf, Rgb::ZERO) },
+            Material {
+                textures: surface.textures.clone(),
+                opacity: surface.opacity,
+                ..Material::plain(name, surface.bsdf, Rgb::ZERO)
+            },
             line as u32,
         );
         self.known.insert(number, Known { surface, emitting: Vec::new(), first });
