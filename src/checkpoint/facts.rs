@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::embree::{Device, EmbreeError};
-use crate::math::Vec3;
+use crate::math::{Rgb, Vec3};
 use crate::ppm::Settings;
 use crate::scene::{CameraDesc, FilmDesc, LightDesc, Material, Mesh, SceneDesc, Textures, Traversal};
 
@@ -135,9 +135,14 @@ impl Facts {
         if *lens_radius > 0.0 {
             self.add("camera focus_distance", focus_distance);
         }
-        for (Material { name, bsdf, emission, opacity, textures }, number) in materials.iter().zip(1..) {
+        for (Material { name, bsdf, emission, opacity, absorption, textures }, number) in
+            materials.iter().zip(1..)
+        {
             let name = format!("material {number} ({})", file_name(name));
             self.add(name.clone(), format!("{bsdf:?}, emission {emission}"));
+            if *absorption != Rgb::ZERO {
+                self.add(format!("{name} absorption"), absorption);
+            }
             if *opacity != 1.0 {
                 self.add(format!("{name} opacity"), opacity);
             }

@@ -10,12 +10,13 @@ use crate::scene::{CameraDesc, FilmDesc, Material, PixelFilter, Textures};
 /// What a surface needs: its lobes of non-zero share, its emission, and its pictures. Constants of what is pictured are the
 /// largest values, so no place of the surface has other lobes.
 pub fn of_material(material: &Material) -> EffectSet {
-    let Material { name: _, bsdf, emission, opacity: _, textures } = material;
+    let Material { name: _, bsdf, emission, opacity: _, absorption, textures } = material;
     let Textures { color, roughness, opacity } = textures;
     of_bsdf(bsdf)
         .with(Effect::Emission, *emission != Rgb::ZERO)
         .with(Effect::Texture, color.is_some() || roughness.is_some() || opacity.is_some())
         .with(Effect::Mask, material.is_mask())
+        .with(Effect::Absorption, *absorption != Rgb::ZERO && material.inside().is_some())
 }
 
 /// What a way of scattering needs: nothing for lobes without a share.

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::{HitPoint, HitPoints, Settings, Stage};
 use crate::bsdf::{Choice, Event, Scattering, Transport};
 use crate::math::{Ray, Rgb, Rng, Stream, Vec2, mean};
-use crate::scene::{Coherence, Scene, SurfaceHit};
+use crate::scene::{Coherence, Media, Scene, SurfaceHit};
 
 /// What the camera sees before any photon is traced.
 #[derive(Debug)]
@@ -102,7 +102,7 @@ fn trace_tile(course: Course, tile: u32, fronts: &mut Fronts, mut see: impl FnMu
     let samples = settings.samples;
     let expected = (TILE * TILE) as usize * samples as usize;
     let tile = Tile { hit_points: Vec::with_capacity(expected.min(BATCH)), ..Tile::default() };
-    let pixel_width = scene.camera().pixel_width();
+    let (pixel_width, media) = (scene.camera().pixel_width(), scene.camera_media());
     let (strata, weight) = (Strata::new(samples), 1.0 / samples as f32);
     let split_weight = SPLIT_WEIGHT * weight;
     let mut trees = EyeTrees { course, split_weight, pixel_width, tile };
@@ -110,7 +110,8 @@ fn trace_tile(course: Course, tile: u32, fronts: &mut Fronts, mut see: impl FnMu
         for x in left..width.min(left + TILE) {
             let pixel = y * width + x;
             eye_rays(course, &strata, pixel, |ray, sample| {
-                fronts.waiting[0].push(ray, Branch::first(weight, pixel, sample));
+                let first = Branch { media, ..Branch::first(weight, pixel, sample) };
+                fronts.waiting[0].push(ray, first);
             });
             if fronts.waiting[0].rays.len() >= BATCH {
                 trees.trace(fronts, &mut see);
@@ -191,6 +192,8 @@ struct Branch {
     depth: u32,
     /// Which branch of which sample it is: a hash of the turns that it took.
     key: u32,
+    /// What its ray goes through.
+    media: Media,
     /// The density of its direction (1/sr) where a facet of a rough surface gave that; else infinite.
     pdf_w: f32,
 }
@@ -198,7 +201,7 @@ struct Branch {
 impl Branch {
     fn first(weight: f32, pixel: u32, sample: u32) -> Branch {
         let (weight, key) = (Rgb::splat(weight), sample);
-        Branch { weight, length: 0.0, pixel, depth: 0, key, pdf_w: f32::INFINITY }
+        Branch { weight, length: 0.0, pixel, depth: 0, key, media: Media::NONE, pdf_w: f32::INFINITY }
     }
 
     fn after(&self, event: Event, pdf_w: f32, weight: Rgb, length: f32) -> Branch {
@@ -266,7 +269,8 @@ impl EyeTrees<'_> {
     /// Traces all that waits, and what comes of it.
     fn trace(&mut self, fronts: &mut Fronts, see: &mut impl FnMut(&[Ray])) {
         let Fronts { waiting, batch } = fronts;
-        let veiled = self.course.stage.scene.has_masks();
+        let scene = self.course.stage.scene;
+        let veiled = scene.has_masks() || scene.absorbs();
         loop {
             let fuller = usize::from(waiting[1].rays.len() > waiting[0].rays.len());
             batch.take_from(&mut waiting[fuller]);
@@ -296,9 +300,9 @@ impl EyeTrees<'_> {
         let Stage { scene, lights, .. } = self.course.stage;
         let Some(around) = lights.environment() else { return };
         for k in missed {
-            let Branch { weight, pixel, pdf_w, .. } = batch.branches[k];
+            let Branch { weight, pixel, pdf_w, media, .. } = batch.branches[k];
             let radiance = scene.found_sky(lights, around, &batch.rays[k], pdf_w);
-            self.tile.emitted.push((pixel, weight * radiance));
+            self.tile.emitted.push((pixel, weight * radiance * scene.transmittance(media, f32::INFINITY)));
         }
     }
 
@@ -309,11 +313,13 @@ impl EyeTrees<'_> {
         self.meet(branch, hit, waiting);
     }
 
-    /// The same where surfaces may be masks.
+    /// The same where surfaces may be masks, and bodies absorb.
     #[inline(never)]
     fn visit_veiled(&mut self, branch: &Branch, hit: &SurfaceHit, waiting: &mut [Front; 2]) {
-        self.see_emission(branch, hit);
-        if let Some(met) = self.past_mask(branch, hit, waiting) {
+        let left = self.course.stage.scene.transmittance(branch.media, hit.t);
+        let arrived = Branch { weight: branch.weight * left, ..*branch };
+        self.see_emission(&arrived, hit);
+        if let Some(met) = self.past_mask(&arrived, hit, waiting) {
             self.meet(&met, hit, waiting);
         }
     }
@@ -333,8 +339,9 @@ impl EyeTrees<'_> {
             if rng.next_f32() < opacity { (1.0, 0.0) } else { (0.0, 1.0) }
         };
         if passed > 0.0 {
+            let media = self.course.stage.scene.crossed(branch.media, hit);
             let onward = branch.straight_on(branch.weight * passed, branch.length + hit.t);
-            self.go_on(hit.pass(), onward, true, waiting);
+            self.go_on(hit.pass(), Branch { media, ..onward }, true, waiting);
         }
         (met > 0.0).then_some(Branch { weight: branch.weight * met, ..*branch })
     }
@@ -376,7 +383,10 @@ impl EyeTrees<'_> {
         let scattering = self.scattering(branch, hit);
         let (faint, course) = (mean(branch.weight) < self.split_weight, self.course);
         let mut go_on = |event: Event, wi, factor, pdf_w| {
-            let branch = branch.after(event, pdf_w, branch.weight * factor, length);
+            let mut branch = branch.after(event, pdf_w, branch.weight * factor, length);
+            if event.crosses() {
+                branch.media = course.stage.scene.crossed(branch.media, hit);
+            }
             let Some(ray) = hit.continue_along(event, hit.frame().to_world(wi)) else { return };
             self.go_on(ray, branch, event.crosses(), waiting);
         };

@@ -8,6 +8,7 @@ use super::emission::{Emission, Guided, Starts};
 use super::flights::{FlightPacket, Flights, at};
 use super::lane_flux::{LaneFlux, PowerOf};
 use super::mixture::Mixture;
+use super::photon_media::PhotonMedia;
 use super::photon_pass::{Deposits, PhotonChunk};
 use super::{FluxLedger, Ledger, Photon, Settings, Stage};
 use crate::bsdf::{
@@ -41,6 +42,7 @@ pub(super) struct Wavefront {
 #[derive(Debug, Default)]
 struct Pasts {
     specular: Vec<bool>,
+    media: PhotonMedia,
 }
 
 impl Pasts {
@@ -180,6 +182,7 @@ impl Wavefront {
             let dark = course.isa.run(emission);
             chunk.ledger.dropped += u64::from(dark.count_ones());
         }
+        pasts.media.begin(course.stage.scene, count, flights);
         chunk.ledger.emitted += count as u64;
         chunk.ledger.flux.emitted += self.power(course);
     }
@@ -246,6 +249,8 @@ impl Packet {
         chunk: &mut PhotonChunk,
         next: &mut Flights,
     ) {
+        let Packet { photons, hits, .. } = &mut *self;
+        pasts.media.attenuate(course.stage.scene, photons, hits, &mut chunk.ledger.flux);
         if SPECULAR {
             self.caustic = pasts.specular(&self.photons);
         }
@@ -272,6 +277,7 @@ impl Packet {
                 enters.set(lane, &hit, course.stage.scene.receiver(&hit).coat);
                 flux.pass(power, at(&surfaces.albedo, lane));
                 specials.set(lane, &hit.pass(), power);
+                pasts.media.cross(course.stage.scene, photons.path[lane], &hit);
                 continue;
             }
             let scattering = course.stage.scene.scatter(&hit, Transport::Power);
@@ -282,6 +288,9 @@ impl Packet {
             flux.correct(power * onward.factor * (onward.correction - 1.0));
             if !onward.event.is_specular() {
                 pasts.bounce(photons, 1 << lane);
+            }
+            if onward.event.crosses() {
+                pasts.media.cross(course.stage.scene, photons.path[lane], &hit);
             }
             if let Some(ray) = onward.ray {
                 specials.set(lane, &ray, power * (onward.factor * onward.correction));

@@ -40,7 +40,8 @@ pub struct SceneDesc {
 }
 
 impl SceneDesc {
-    /// Makes the scene `scale` times as large, then moves it by `shift`; lights change so that every radiance stays.
+    /// Makes the scene `scale` times as large, then moves it by `shift`; lights and absorption change so that
+    /// every radiance stays.
     pub fn place(&mut self, scale: f32, shift: Vec3) {
         let place = |p: &mut Vec3| *p = *p * scale + shift;
         self.meshes.iter_mut().flat_map(|mesh| &mut mesh.vertices).for_each(place);
@@ -58,6 +59,7 @@ impl SceneDesc {
                 spot.intensity *= scale * scale;
             }
         }
+        self.materials.iter_mut().for_each(|material| material.absorption /= scale);
         place(&mut self.camera.position);
         place(&mut self.camera.look_at);
         self.camera.lens_radius *= scale;
@@ -143,6 +145,9 @@ pub struct Material {
     /// The share of light that meets the surface at all, from 0 to 1; the rest goes straight on as if nothing were there. What it
     /// emits is no less for that.
     pub opacity: f32,
+    /// `σ` of what lies inside (1 / scene unit): the share `exp(-σ d)` of light is left after the distance `d`. Of materials that have an
+    /// inside: see [`Bsdf::ior`].
+    pub absorption: Rgb,
     /// Pictures that take the place of constants. Those are the largest values then, so that what a material can do at all is
     /// said by its constants.
     pub textures: Textures,
@@ -177,7 +182,14 @@ impl Textures {
 impl Material {
     /// One that is the same everywhere.
     pub fn plain(name: impl Into<String>, bsdf: Bsdf, emission: Rgb) -> Material {
-        Material { name: name.into(), bsdf, emission, opacity: 1.0, textures: Textures::NONE }
+        Material {
+            name: name.into(),
+            bsdf,
+            emission,
+            opacity: 1.0,
+            absorption: Rgb::ZERO,
+            textures: Textures::NONE,
+        }
     }
 
     /// What `of` says of how it scatters at a place, whose texture coordinates are asked for only if pictures need them.
@@ -190,6 +202,11 @@ impl Material {
         let Textures { color, roughness, opacity: _ } = &self.textures;
         let bsdf = color.as_ref().map_or(self.bsdf, |texture| self.bsdf.with_color(texture.at(uv)));
         roughness.as_ref().map_or(bsdf, |texture| bsdf.with_roughness(texture.at(uv).x))
+    }
+
+    /// The absorption of what lies behind the surface, where there is an inside.
+    pub fn inside(&self) -> Option<Rgb> {
+        self.bsdf.ior().map(|_| self.absorption)
     }
 
     /// Whether light may go through it as if nothing were there.

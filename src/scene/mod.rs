@@ -14,6 +14,7 @@ mod desc;
 mod direct;
 mod error;
 mod load;
+mod media;
 mod mesh;
 mod places;
 mod save;
@@ -30,6 +31,7 @@ pub use desc::{
 pub use direct::DirectLight;
 pub use error::SceneError;
 pub use load::{Access, Limits, load, load_with};
+pub use media::Media;
 pub use mesh::{Mesh, least_altitude};
 pub use places::{Item, Places};
 pub use save::{SaveError, SavedScene, normal_form, save};
@@ -37,6 +39,7 @@ pub use surface::{Receiver, SurfaceHit, keeps_clear_of_edges};
 pub use surface_packet::SurfacePacket;
 pub use tracer::{Traversal, TraversalError};
 
+use media::Absorbers;
 use surface::Surface;
 use tracer::Tracer;
 
@@ -57,6 +60,7 @@ pub struct Scene {
     lambertian: Vec<Option<Rgb>>,
     /// Whether any material is a mask.
     has_masks: bool,
+    absorbers: Absorbers,
     lights: Lights,
     camera: Camera,
     /// As the scene describes them, those without power, too.

@@ -133,6 +133,9 @@ impl Text {
         if material.emission != Rgb::ZERO {
             self.field("emission", vector(material.emission));
         }
+        if material.absorption != Rgb::ZERO {
+            self.field("absorption", vector(material.absorption));
+        }
         match &material.textures.opacity {
             Some(texture) => self.field("opacity", quoted(&whole_path(texture.name.as_ref()))),
             None if material.opacity < 1.0 => self.field("opacity", number(material.opacity)),

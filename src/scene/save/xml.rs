@@ -19,7 +19,8 @@ pub(super) fn write(desc: &SceneDesc, folder: &str, lenient: bool) -> Result<Sav
         Writer { text: String::new(), ids: Vec::new(), meshes: Vec::new(), warnings: Vec::new(), lenient };
     writer.line("<scene version=\"3.0.0\">");
     writer.render(&desc.render);
-    writer.line("<integrator type=\"path\"/>");
+    let absorbs = desc.materials.iter().any(|material| material.absorption != Rgb::ZERO);
+    writer.line(format_args!("<integrator type=\"{}\"/>", if absorbs { "volpath" } else { "path" }));
     writer.sensor(&desc.camera, &desc.film);
     writer.materials(desc)?;
     for light in &desc.point_lights {
@@ -131,6 +132,10 @@ impl Writer {
             self.ids.push(id);
             if material.emission != Rgb::ZERO && !used.contains(&number) {
                 let lost = "no shape has it, so its emission is not written";
+                self.warnings.push(format!("material `{}`: {lost}", material.name));
+            }
+            if material.absorption != Rgb::ZERO && !used.contains(&number) {
+                let lost = "no shape has it, so its absorption is not written";
                 self.warnings.push(format!("material `{}`: {lost}", material.name));
             }
         }
@@ -248,6 +253,13 @@ impl Writer {
         if emission != Rgb::ZERO {
             let radiance = format!("<rgb name=\"radiance\" value=\"{}\"/>", vector(emission));
             self.line(format_args!("    <emitter type=\"area\">{radiance}</emitter>"));
+        }
+        let absorption = materials[material as usize].absorption;
+        if absorption != Rgb::ZERO {
+            let properties = float("albedo", 0.0) + &rgb("sigma_t", absorption);
+            self.line(format_args!(
+                "    <medium type=\"homogeneous\" name=\"interior\">{properties}</medium>"
+            ));
         }
         self.line("</shape>");
     }

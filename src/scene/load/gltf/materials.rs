@@ -37,8 +37,9 @@ impl Materials {
         tell_of_the_rest(material, &format!("{}: material `{name}`", path.display()), warnings);
         let emission = material.emissive_strength().unwrap_or(1.0) * Rgb::from(material.emissive_factor());
         let emission = emission.map(|x| if x.is_nan() { 0.0 } else { x.clamp(0.0, f32::MAX) });
-        self.list
-            .push(Material { opacity: opacity(material), ..Material::plain(name, bsdf(material), emission) });
+        let bsdf = bsdf(material);
+        let (opacity, absorption) = (opacity(material), absorption(material, &bsdf));
+        self.list.push(Material { opacity, absorption, ..Material::plain(name, bsdf, emission) });
         self.known.insert(material.index(), number);
         number
     }
@@ -69,6 +70,15 @@ fn bsdf(material: &gltf::Material) -> Bsdf {
         }
         None => Bsdf::Mirror { reflectance: base },
     }
+}
+
+/// What leaves the share `attenuationColor` after `attenuationDistance`; black as the least number above 0.
+fn absorption(material: &gltf::Material, bsdf: &Bsdf) -> Rgb {
+    let volume = material.volume().filter(|volume| bsdf.ior().is_some() && volume.thickness_factor() > 0.0);
+    let Some(volume) = volume else { return Rgb::ZERO };
+    let color = Rgb::from(volume.attenuation_color());
+    let absorption = color.map(|c| -c.clamp(f32::MIN_POSITIVE, 1.0).ln() / volume.attenuation_distance());
+    absorption.map(|sigma| if sigma.is_finite() { sigma.max(0.0) } else { 0.0 })
 }
 
 /// By the constant alpha: all or nothing where the material is cut out.
@@ -103,7 +113,8 @@ fn tell_of_the_rest(material: &gltf::Material, label: &str, warnings: &mut Vec<S
     if mixed(pbr.metallic_factor()) || mixed(transmission) {
         warnings.push(format!("{label}: part metal or part glass; wholly what it is most of"));
     }
-    if material.volume().is_some_and(|volume| volume.attenuation_color() != [1.0; 3]) {
-        warnings.push(format!("{label}: attenuation is not supported; the glass is clear"));
+    let tinted = |volume: &gltf::material::Volume| volume.attenuation_color() != [1.0; 3];
+    if material.volume().filter(tinted).is_some_and(|volume| volume.thickness_factor() <= 0.0) {
+        warnings.push(format!("{label}: attenuation without a thickness; the glass is clear"));
     }
 }

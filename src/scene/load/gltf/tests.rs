@@ -139,6 +139,27 @@ fn materials_become_the_nearest_surfaces() {
 }
 
 #[test]
+fn attenuation_is_absorption() {
+    let glass = |volume: Value| {
+        let mut value = changed(
+            "/materials/0",
+            json!({ "pbrMetallicRoughness": { "roughnessFactor": 0 }, "extensions": {
+                "KHR_materials_transmission": { "transmissionFactor": 1 }, "KHR_materials_volume": volume } }),
+        );
+        value["extensionsUsed"] =
+            json!(["KHR_lights_punctual", "KHR_materials_transmission", "KHR_materials_volume"]);
+        let scene = read(&value).unwrap();
+        (scene.materials[0].absorption, scene.warnings.join("; "))
+    };
+    let tint = json!({ "thicknessFactor": 1, "attenuationColor": [1, 0.5, 0.25], "attenuationDistance": 2 });
+    let expected = Rgb::new(0.0, 0.5f32.ln() / -2.0, 0.5f32.ln() / -1.0);
+    assert!((glass(tint).0 - expected).length() < 1e-6);
+    assert_eq!(glass(json!({ "thicknessFactor": 1 })), (Rgb::ZERO, String::new()));
+    let (clear, told) = glass(json!({ "attenuationColor": [0, 0.5, 1], "attenuationDistance": 1 }));
+    assert!(clear == Rgb::ZERO && told.contains("attenuation without a thickness"), "{told}");
+}
+
+#[test]
 fn alpha_is_opacity_where_the_mode_says_so() {
     for (mode, cutoff, alpha, expected) in [
         ("OPAQUE", None, 0.25, 1.0),

@@ -5,6 +5,7 @@ mod bsdfs;
 mod document;
 mod element;
 mod emitters;
+mod interiors;
 mod ior;
 mod materials;
 mod object;
