@@ -60,8 +60,8 @@ def masked(opacity, inner):
 
 
 def interior(sigma_t):
-    """What absorbs and does not scatter."""
-    properties = f'<float name="albedo" value="0"/><rgb name="sigma_t" value="{sigma_t}"/>'
+    """What absorbs and does not scatter; colours of Mitsuba end at 1."""
+    properties = f'<float name="albedo" value="0"/><rgb name="sigma_t" value="{sigma_t}"/><float name="scale" value="2"/>'
     return f'<medium type="homogeneous" name="interior">{properties}</medium>'
 
 
@@ -157,9 +157,9 @@ SCENES = {
     "absorption": (
         PINHOLE,
         LAMP
-        + body(-1.5, 0, bsdf("dielectric") + interior("2,0.6,0.1"))
-        + body(0.2, 0.3, bsdf("roughdielectric", GGX.format(0.3)) + interior("0.1,0.5,2"))
-        + body(1.8, 0, bsdf("dielectric", '<string name="int_ior" value="water"/>') + interior("1.5,0.1,1"), "cube"),
+        + body(-1.5, 0, bsdf("dielectric") + interior("1,0.3,0.05"))
+        + body(0.2, 0.3, bsdf("roughdielectric", GGX.format(0.3)) + interior("0.05,0.25,1"))
+        + body(1.8, 0, bsdf("dielectric", '<string name="int_ior" value="water"/>') + interior("0.75,0.05,0.5"), "cube"),
         "volpath", 1024, "path", 2048,
     ),
 }

@@ -256,12 +256,21 @@ impl Writer {
         }
         let absorption = materials[material as usize].absorption;
         if absorption != Rgb::ZERO {
-            let properties = float("albedo", 0.0) + &rgb("sigma_t", absorption);
+            let properties = float("albedo", 0.0) + &extinction(absorption);
             self.line(format_args!(
                 "    <medium type=\"homogeneous\" name=\"interior\">{properties}</medium>"
             ));
         }
         self.line("</shape>");
+    }
+}
+
+/// Colours end at 1 in Mitsuba; a power of two as the factor leaves their digits as they are.
+fn extinction(sigma: Rgb) -> String {
+    let scale = (1..=127).map(|k| 2f32.powi(k)).find(|scale| sigma.max_element() <= *scale);
+    match scale.filter(|_| sigma.max_element() > 1.0) {
+        Some(scale) => rgb("sigma_t", sigma / scale) + &float("scale", scale),
+        None => rgb("sigma_t", sigma),
     }
 }
 
