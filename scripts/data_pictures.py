@@ -54,6 +54,16 @@ def brushed(_, y):
     return alpha, alpha, alpha
 
 
+def screen(x, y, width=192, height=128):
+    """An opacity, plain: a frame around petals and rings that are cut out, in squares of 32 pixels."""
+    if min(x, y, width - 1 - x, height - 1 - y) < 4:
+        return 1, 1, 1
+    u, v = (x % 32 - 15.5) / 16, (y % 32 - 15.5) / 16
+    away, petals = math.hypot(u, v), 0.55 + 0.3 * math.cos(4 * math.atan2(v, u))
+    is_cut = 0.16 < away < petals if (x // 32 + y // 32) % 2 else 0.35 < away < 0.8
+    return (0, 0, 0) if is_cut else (1, 1, 1)
+
+
 def evening(x, y, width=128, height=64):
     """A sky that glows around a low sun; below the horizon dark ground."""
     up = math.cos(math.pi * (y + 0.5) / height)
@@ -70,6 +80,7 @@ def main():
     write_png("tiles.png", 256, 256, tiles)
     write_png("boards.png", 128, 128, boards)
     write_png("brushed.png", 4, 64, brushed)
+    write_png("screen.png", 192, 128, screen)
     write_png("evening.png", 128, 64, evening, bits=16)
 
 

@@ -23,6 +23,7 @@ SCENES = [
     ("evening", "384x216", 64, "light from a picture of the sky; pictures as colour and as roughness"),
     ("window", "384x288", 128, "the sun through a pane: light from afar, indirect light, glass and brass"),
     ("pool", "384x288", 64, "the sun through waves: caustics seen through the water that makes them"),
+    ("tinted_glass", "384x216", 64, "glass that absorbs, tinted caustics, the shadow of a screen that is cut out"),
     ("depth_of_field", "384x216", 64, "a thin lens, two spots, caustics out of focus"),
     ("cornell_a", "288x288", 64, "point light, diffuse walls: photons bring indirect light alone"),
     ("cornell_b", "288x288", 64, "area light, a mirror and a glass ball"),

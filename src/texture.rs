@@ -12,6 +12,8 @@ pub enum Encoding {
     Colour,
     /// Plain numbers, such as a roughness.
     Plain,
+    /// Shares of light that meet a surface, plain: alpha where a PNG has it, else luminance.
+    Opacity,
 }
 
 /// The file that holds a picture.
@@ -46,6 +48,12 @@ impl Texture {
     #[must_use]
     pub fn of_file(self, path: PathBuf, encoding: Encoding) -> Texture {
         Texture { file: Some(PictureFile { path, encoding }), ..self }
+    }
+
+    /// The same as pixels that no file holds.
+    #[must_use]
+    pub fn without_file(&self) -> Texture {
+        Texture { file: None, ..self.clone() }
     }
 
     /// The value at `uv`.

@@ -43,7 +43,8 @@ def check(program, folder, name, mi, numpy):
         return True
     smaller(xml)
     theirs, ours = (folder / f"data_{name}_{what}" for what in ("mitsuba", "program"))
-    mitsuba_render(mi, numpy, xml, "path", SAMPLES["mitsuba"], theirs)
+    integrator = "volpath" if 'type="volpath"' in xml.read_text() else "path"
+    mitsuba_render(mi, numpy, xml, integrator, SAMPLES["mitsuba"], theirs)
     run(program, "reference", xml, "--spp", SAMPLES["program"], "-o", f"{ours}.exr")
     errors = ("--stderr", f"{ours}_stderr.exr", "--reference-stderr", f"{theirs}_stderr.exr")
     found = compare(program, f"{ours}.exr", f"{theirs}.exr", *errors)

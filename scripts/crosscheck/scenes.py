@@ -3,8 +3,9 @@
 
 usage: scenes.py PROGRAM FOLDER [NAME..]
 
-The program's path tracer (its light tracer for caustics of point lights) is held against Mitsuba's `path` (`ptracer`): both are
-unbiased, so that only their standard errors may part them. Photon mapping, which is not, may differ by 4 % of the whole picture.
+The program's path tracer (its light tracer for caustics of point lights) is held against Mitsuba's `path` (`ptracer`; `volpath` for
+masks and bodies that absorb): both are unbiased, so that only their standard errors may part them. Photon mapping, which is not,
+may differ by 4 % of the whole picture.
 Without Mitsuba all is skipped, visibly.
 
 Coarse meshes are flat here: where a shading normal and its face disagree about which side light comes from, Mitsuba believes the
@@ -52,6 +53,16 @@ def bsdf(kind, properties=""):
 
 def two_sided(kind, properties=""):
     return bsdf("twosided", bsdf(kind, properties))
+
+
+def masked(opacity, inner):
+    return bsdf("mask", f'<float name="opacity" value="{opacity}"/>{inner}')
+
+
+def interior(sigma_t):
+    """What absorbs and does not scatter; colours of Mitsuba end at 1."""
+    properties = f'<float name="albedo" value="0"/><rgb name="sigma_t" value="{sigma_t}"/><float name="scale" value="2"/>'
+    return f'<medium type="homogeneous" name="interior">{properties}</medium>'
 
 
 GGX = '<string name="distribution" value="ggx"/><float name="alpha" value="{}"/>'
@@ -133,6 +144,24 @@ SCENES = {
         "path", 64, "path", 256,
     ),
     "caustic": (PINHOLE, POINT + body(0.3, 0.3, bsdf("dielectric")), "ptracer", 256, "light", 1024),
+    "mask": (
+        PINHOLE,
+        LAMP
+        + body(-1.5, 0, masked(0.6, two_sided("diffuse", '<rgb name="reflectance" value="0.2,0.6,0.3"/>')))
+        + body(1.8, 0, masked(0.3, two_sided("plastic")), "cube")
+        + """<shape type="rectangle"><transform name="to_world"><scale value="0.9"/><rotate x="1" angle="-60"/>
+<translate x="0.2" y="1.8" z="0.6"/></transform><bsdf type="mask"><texture name="opacity" type="bitmap">
+<string name="filename" value="tile.exr"/><boolean name="raw" value="true"/></texture><ref id="red"/></bsdf></shape>""",
+        "volpath", 256, "path", 2048,
+    ),
+    "absorption": (
+        PINHOLE,
+        LAMP
+        + body(-1.5, 0, bsdf("dielectric") + interior("1,0.3,0.05"))
+        + body(0.2, 0.3, bsdf("roughdielectric", GGX.format(0.3)) + interior("0.05,0.25,1"))
+        + body(1.8, 0, bsdf("dielectric", '<string name="int_ior" value="water"/>') + interior("0.75,0.05,0.5"), "cube"),
+        "volpath", 1024, "path", 2048,
+    ),
 }
 
 

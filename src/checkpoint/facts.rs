@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::embree::{Device, EmbreeError};
-use crate::math::Vec3;
+use crate::math::{Rgb, Vec3};
 use crate::ppm::Settings;
 use crate::scene::{CameraDesc, FilmDesc, LightDesc, Material, Mesh, SceneDesc, Textures, Traversal};
 
@@ -135,12 +135,21 @@ impl Facts {
         if *lens_radius > 0.0 {
             self.add("camera focus_distance", focus_distance);
         }
-        for (Material { name, bsdf, emission, textures: Textures { color, roughness } }, number) in
+        for (Material { name, bsdf, emission, opacity, absorption, textures }, number) in
             materials.iter().zip(1..)
         {
             let name = format!("material {number} ({})", file_name(name));
             self.add(name.clone(), format!("{bsdf:?}, emission {emission}"));
-            for (slot, texture) in [("color", color), ("roughness", roughness)] {
+            if *absorption != Rgb::ZERO {
+                self.add(format!("{name} absorption"), absorption);
+            }
+            if *opacity != 1.0 {
+                self.add(format!("{name} opacity"), opacity);
+            }
+            let Textures { color, roughness, opacity } = textures;
+            for (slot, texture) in
+                [("color", color), ("roughness", roughness), ("picture of opacity", opacity)]
+            {
                 if let Some(texture) = texture {
                     self.add(format!("{name} {slot}"), content(texture.image().pixels()));
                 }

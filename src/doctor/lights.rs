@@ -7,7 +7,7 @@ use super::subject::Subject;
 use super::{Check, Finding, Severity};
 use crate::light::Light;
 use crate::math::{Aabb, Ray, Rgb, Rng, Stream, Vec3, mean, warp};
-use crate::scene::{PointLightDesc, SceneDesc};
+use crate::scene::{Material, PointLightDesc, SceneDesc};
 
 /// Point lights and lamps that are looked at one by one, at most.
 const LOOKED_AT: usize = 256;
@@ -88,7 +88,7 @@ fn light_place(subject: &Subject, light: &PointLightDesc, number: usize) -> Opti
     if let Some(glass) = materials(subject, &here, true) {
         let found = format!("{name} is inside {glass}");
         let therefore =
-            "takes glass for opaque in shadow rays: all of its light comes as photons, direct light too";
+            "takes it for opaque in shadow rays: all of its light comes as photons, direct light too";
         return finding(Severity::Note, found, therefore);
     }
     // The camera may be in the same room.
@@ -105,12 +105,12 @@ fn light_place(subject: &Subject, light: &PointLightDesc, number: usize) -> Opti
     finding(Severity::Note, found, "shows its light only as photons that bounced or were refracted")
 }
 
-/// The names of the materials around that are glass, or that are not; `None` where there are none.
+/// The names of the materials around that are glass or masks, or that are not; `None` where there are none.
 fn materials(subject: &Subject, around: &Enclosures, glass: bool) -> Option<String> {
     let materials = around.materials(subject.desc, &subject.bodies).into_iter();
     let names: Vec<String> = materials
         .map(|number| &subject.desc.materials[number as usize])
-        .filter(|material| has_an_inside(&material.bsdf) == glass)
+        .filter(|material| lets_photons_on(material) == glass)
         .map(|material| format!("`{}`", material.name))
         .collect();
     (!names.is_empty()).then(|| first_of(names.into_iter()))
@@ -185,9 +185,13 @@ fn is_hidden(subject: &Subject, place: Place) -> bool {
     let own = place.material_number(subject.desc);
     [before, back].iter().any(|ray| {
         let hit = subject.scene.intersect(ray).filter(|hit| hit.material != own);
-        // Photons go on through glass.
-        hit.is_some_and(|hit| !has_an_inside(&subject.desc.materials[hit.material as usize].bsdf))
+        hit.is_some_and(|hit| !lets_photons_on(&subject.desc.materials[hit.material as usize]))
     })
+}
+
+/// Whether photons go on through it: glass, or a mask.
+fn lets_photons_on(material: &Material) -> bool {
+    material.is_mask() || has_an_inside(&material.bsdf)
 }
 
 /// Photons go to lights in proportion to their flux.

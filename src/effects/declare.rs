@@ -10,11 +10,13 @@ use crate::scene::{CameraDesc, FilmDesc, Material, PixelFilter, Textures};
 /// What a surface needs: its lobes of non-zero share, its emission, and its pictures. Constants of what is pictured are the
 /// largest values, so no place of the surface has other lobes.
 pub fn of_material(material: &Material) -> EffectSet {
-    let Material { name: _, bsdf, emission, textures } = material;
-    let Textures { color, roughness } = textures;
+    let Material { name: _, bsdf, emission, opacity: _, absorption, textures } = material;
+    let Textures { color, roughness, opacity } = textures;
     of_bsdf(bsdf)
         .with(Effect::Emission, *emission != Rgb::ZERO)
-        .with(Effect::Texture, color.is_some() || roughness.is_some())
+        .with(Effect::Texture, color.is_some() || roughness.is_some() || opacity.is_some())
+        .with(Effect::Mask, material.is_mask())
+        .with(Effect::Absorption, *absorption != Rgb::ZERO && material.inside().is_some())
 }
 
 /// What a way of scattering needs: nothing for lobes without a share.
@@ -77,14 +79,15 @@ pub fn of_film(film: &FilmDesc) -> EffectSet {
     EffectSet::NONE.with(Effect::AreaFilter, *filter != PixelFilter::Points)
 }
 
-/// Whether light goes on behind the surface. What does not let it through can part a scene.
+/// Whether light goes on behind the surface, refracted or through a mask. What does not let it through can part a scene.
 pub(super) fn is_clear(material: &Material) -> bool {
-    material.bsdf.transmits()
+    material.transmits()
 }
 
 /// Whether paths go on along one direction.
 pub(super) fn is_caster(effects: EffectSet) -> bool {
-    effects.contains(Effect::SpecularReflection) || effects.contains(Effect::SpecularTransmission)
+    let casters = [Effect::SpecularReflection, Effect::SpecularTransmission, Effect::Mask];
+    casters.into_iter().any(|effect| effects.contains(effect))
 }
 
 #[cfg(test)]

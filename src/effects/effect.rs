@@ -13,6 +13,10 @@ pub enum Effect {
     SpecularTransmission,
     /// Surfaces are rough: they mirror or refract by facets.
     Glossy,
+    /// Surfaces let light pass as if nothing were there.
+    Mask,
+    /// Bodies absorb light on its way through them.
+    Absorption,
     /// Pictures on surfaces.
     Texture,
     /// Lamps that the camera may see.
@@ -31,11 +35,13 @@ pub enum Effect {
 
 impl Effect {
     /// All of them, in the order of the variants.
-    pub const ALL: [Effect; 11] = [
+    pub const ALL: [Effect; 13] = [
         Effect::Diffuse,
         Effect::SpecularReflection,
         Effect::SpecularTransmission,
         Effect::Glossy,
+        Effect::Mask,
+        Effect::Absorption,
         Effect::Texture,
         Effect::Emission,
         Effect::DeltaLight,
@@ -52,6 +58,8 @@ impl Effect {
             Effect::SpecularReflection => "specular reflection",
             Effect::SpecularTransmission => "specular transmission",
             Effect::Glossy => "rough surfaces",
+            Effect::Mask => "masks",
+            Effect::Absorption => "absorption",
             Effect::Texture => "textures",
             Effect::Emission => "lamps in the picture",
             Effect::DeltaLight => "point lights",

@@ -12,12 +12,15 @@ use crate::scene::{Item, Scene};
 const RECEIVER: Wanted =
     Wanted { effects: &[Effect::Diffuse], absent: "no surface reflects diffusely, so none shows light" };
 const CASTER: Wanted = Wanted {
-    effects: &[Effect::SpecularReflection, Effect::SpecularTransmission],
+    effects: &[Effect::SpecularReflection, Effect::SpecularTransmission, Effect::Mask],
     absent: "no surface mirrors or refracts",
 };
 const MIRROR: Wanted = Wanted { effects: &[Effect::SpecularReflection], absent: "no surface mirrors" };
 const GLASS: Wanted = Wanted { effects: &[Effect::SpecularTransmission], absent: "no surface refracts" };
 const ROUGH: Wanted = Wanted { effects: &[Effect::Glossy], absent: "no surface is rough" };
+const MASK: Wanted =
+    Wanted { effects: &[Effect::Mask], absent: "no surface lets light pass as if nothing were there" };
+const ABSORBER: Wanted = Wanted { effects: &[Effect::Absorption], absent: "no body absorbs" };
 const PICTURED: Wanted = Wanted { effects: &[Effect::Texture], absent: "no surface has a picture" };
 const LAMP: Wanted = Wanted { effects: &[Effect::Emission], absent: "no surface shines" };
 
@@ -41,6 +44,8 @@ pub(super) struct Facts {
     rough: Verdict,
     /// Any that there is.
     any_rough: Verdict,
+    mask: Verdict,
+    absorber: Verdict,
     texture: Verdict,
     lamp: Verdict,
     lens: Verdict,
@@ -63,6 +68,8 @@ impl Facts {
             glass: reach.reached(GLASS),
             rough: reach.reached(ROUGH),
             any_rough: any_rough(scene),
+            mask: reach.reached(MASK),
+            absorber: reach.reached(ABSORBER),
             texture: reach.reached(PICTURED),
             lamp: reach.seen(LAMP),
             lens: lens(scene),
@@ -85,6 +92,8 @@ impl Facts {
             glass: on(),
             rough: on(),
             any_rough: any_rough(scene),
+            mask: on(),
+            absorber: on(),
             texture: on(),
             lamp: on(),
             lens: lens(scene),
@@ -126,6 +135,8 @@ pub(super) fn effects(facts: &Facts) -> Vec<Decision> {
         Effect::SpecularReflection => &facts.mirror,
         Effect::SpecularTransmission => &facts.glass,
         Effect::Glossy => &facts.rough,
+        Effect::Mask => &facts.mask,
+        Effect::Absorption => &facts.absorber,
         Effect::Texture => &facts.texture,
         Effect::Emission => &facts.lamp,
         Effect::DeltaLight => &facts.points,
@@ -184,11 +195,12 @@ pub(super) fn refraction(facts: &Facts) -> Verdict {
     facts.glass.clone()
 }
 
-/// Whether any path may meet a surface that mirrors or refracts, be it rough.
+/// Whether any path may meet a surface that mirrors or refracts, be it rough, or a mask.
 ///
 /// Proof: as that of [`refraction`].
 pub(super) fn casters(facts: &Facts) -> Verdict {
-    facts.mirror.clone().or_else(|_| facts.glass.clone()).or_else(|_| facts.rough.clone())
+    let specular = facts.mirror.clone().or_else(|_| facts.glass.clone());
+    specular.or_else(|_| facts.rough.clone()).or_else(|_| facts.mask.clone())
 }
 
 /// Whether photons aimed at casters could help.
@@ -329,6 +341,39 @@ mod tests {
         black.materials[MIRROR as usize].bsdf = Bsdf::Mirror { reflectance: Rgb::ZERO };
         black.spheres.push(ball(CORNER, 0.2, MIRROR));
         assert!(!decision(&plan(&black), "caustics").0, "a mirror that reflects nothing");
+    }
+
+    /// Light through a mask is a caustic, and a box that is a mask parts nothing.
+    #[test]
+    fn masks_call_for_caustics_and_let_light_out_of_boxes() {
+        for (opacity, is_mask) in [(1.0, false), (0.99, true)] {
+            let mut desc = with_case(room(), CORNER, 0.25);
+            desc.materials[BLACK as usize].opacity = opacity;
+            desc.point_lights.push(PointLightDesc { position: CORNER, intensity: Rgb::ONE });
+            let plan = plan(&desc);
+            assert_eq!(
+                (plan.can_aim, plan.casters, plan.keeps_light(1)),
+                (is_mask, is_mask, is_mask),
+                "{plan}"
+            );
+            assert_eq!(decision(&plan, "masks").0, is_mask);
+            assert!(!plan.refraction);
+        }
+        let mut hidden = with_case(room(), CORNER, 0.25);
+        hidden.materials[MIRROR as usize].opacity = 0.5;
+        hidden.spheres.push(ball(CORNER, 0.1, MIRROR));
+        is_off_unless_opened(&hidden, 1, "masks", "sphere 1 of `mirror` is shut off from");
+    }
+
+    #[test]
+    fn bodies_that_absorb_are_told() {
+        let mut desc = room();
+        desc.spheres.push(ball(CORNER, 0.2, GLASS));
+        assert_eq!(decision(&plan(&desc), "absorption"), (false, "no body absorbs"));
+        desc.materials[GLASS as usize].absorption = Rgb::Y;
+        assert_eq!(decision(&plan(&desc), "absorption"), (true, "sphere 1 of `glass`"));
+        desc.materials[GLASS as usize].bsdf = Bsdf::ThinDielectric { ior: 1.5 };
+        assert!(!decision(&plan(&desc), "absorption").0, "a pane has no inside");
     }
 
     #[test]

@@ -20,4 +20,4 @@ pub use exr_layer::{ExrLayer, LayerChannels};
 pub use exr_read::{MAX_PIXELS, read_exr, read_exr_bytes, read_exr_layer, read_exr_named};
 pub use exr_write::{LARGEST_HALF, encode_exr, write_exr, write_exr_half, write_exr_layers};
 pub use metadata::{Metadata, Value};
-pub use png_read::{read_png, read_png_bytes};
+pub use png_read::{read_png, read_png_bytes, read_png_opacity_bytes};

@@ -26,7 +26,24 @@ pub fn read_png_bytes(name: &Path, bytes: &[u8]) -> Result<Image, OutputError> {
     decode(name, Cursor::new(bytes), bytes.len() as u64)
 }
 
+/// Reads how opaque the pixels of a picture are: alpha where it has such, else its colours as by [`read_png_bytes`].
+///
+/// # Errors
+/// As those of [`read_png`].
+pub fn read_png_opacity_bytes(name: &Path, bytes: &[u8]) -> Result<Image, OutputError> {
+    decode_as(name, Cursor::new(bytes), bytes.len() as u64, opacity)
+}
+
 fn decode(path: &Path, file: impl BufRead + Seek, length: u64) -> Result<Image, OutputError> {
+    decode_as(path, file, length, colour)
+}
+
+fn decode_as(
+    path: &Path,
+    file: impl BufRead + Seek,
+    length: u64,
+    value: fn(&[u8], ColorType, usize) -> Rgb,
+) -> Result<Image, OutputError> {
     let not_png = |error: DecodingError| OutputError::NotPng { path: path.into(), reason: error.to_string() };
     let mut decoder = Decoder::new(file);
     decoder.set_transformations(Transformations::EXPAND);
@@ -48,7 +65,7 @@ fn decode(path: &Path, file: impl BufRead + Seek, length: u64) -> Result<Image, 
     let frame = reader.next_frame(&mut bytes).map_err(not_png)?;
     let bytes_each = if frame.bit_depth == png::BitDepth::Sixteen { 2 } else { 1 };
     let pixels = bytes[..frame.buffer_size()].chunks_exact(frame.color_type.samples() * bytes_each);
-    let pixels = pixels.map(|pixel| colour(pixel, frame.color_type, bytes_each)).collect();
+    let pixels = pixels.map(|pixel| value(pixel, frame.color_type, bytes_each)).collect();
     Image::from_pixels(width, height, pixels).ok_or_else(|| OutputError::NotPng {
         path: path.into(),
         reason: "it has not as many pixels as it says".into(),
@@ -75,13 +92,27 @@ fn check_length(path: &Path, info: &Info, length: u64) -> Result<(), OutputError
 
 /// The colour of a pixel whose samples are big-endian integers.
 fn colour(bytes: &[u8], kind: ColorType, bytes_each: usize) -> Rgb {
-    let value = |sample: usize| match bytes[sample * bytes_each..][..bytes_each] {
-        [high, low] => f32::from(u16::from_be_bytes([high, low])) / 65535.0,
-        _ => f32::from(bytes[sample]) / 255.0,
-    };
+    let value = |number| sample(bytes, number, bytes_each);
     match kind {
         ColorType::Grayscale | ColorType::GrayscaleAlpha => Rgb::splat(value(0)),
         _ => Rgb::new(value(0), value(1), value(2)),
+    }
+}
+
+/// Alpha, or the colour of a pixel without.
+fn opacity(bytes: &[u8], kind: ColorType, bytes_each: usize) -> Rgb {
+    match kind {
+        ColorType::GrayscaleAlpha => Rgb::splat(sample(bytes, 1, bytes_each)),
+        ColorType::Rgba => Rgb::splat(sample(bytes, 3, bytes_each)),
+        ColorType::Grayscale | ColorType::Rgb | ColorType::Indexed => colour(bytes, kind, bytes_each),
+    }
+}
+
+/// From 0 to 1.
+fn sample(bytes: &[u8], number: usize, bytes_each: usize) -> f32 {
+    match bytes[number * bytes_each..][..bytes_each] {
+        [high, low] => f32::from(u16::from_be_bytes([high, low])) / 65535.0,
+        _ => f32::from(bytes[number]) / 255.0,
     }
 }
 

@@ -8,7 +8,7 @@ use super::wavefront::{Course, MAX_SEGMENTS, Onward, go_on};
 use super::{Ledger, Photon};
 use crate::bsdf::{SpecularLobe, Transport};
 use crate::math::{DVec3, Ray, Rgb, Rng, Stream};
-use crate::scene::{Coherence, HitPacket, RayPacket, SurfaceHit};
+use crate::scene::{Coherence, HitPacket, Media, RayPacket, SurfaceHit};
 use crate::simd::LANES;
 
 /// The photons of a chunk that are on their way, and the memory for those that go on.
@@ -27,6 +27,7 @@ struct Flight {
     path: u64,
     /// Whether its light has no extent.
     is_from_point: bool,
+    media: Media,
 }
 
 impl Flight {
@@ -55,13 +56,10 @@ impl AimedFlights {
         self.flights.extend(paths.filter_map(|path| {
             let photon = mixture.aim.sample(&mut numbers(course, path, 0));
             let power = photon.power * mixture.weight(photon.ratio);
-            let flight = Flight {
-                ray: Ray::new(photon.origin, photon.dir),
-                power,
-                ratio: photon.ratio as f32,
-                path,
-                is_from_point: course.stage.lights.is_delta(photon.light),
-            };
+            let (ray, media) =
+                (Ray::new(photon.origin, photon.dir), course.stage.scene.light_media(photon.origin));
+            let is_from_point = course.stage.lights.is_delta(photon.light);
+            let flight = Flight { ray, power, ratio: photon.ratio as f32, path, is_from_point, media };
             flight.has_power().then_some(flight)
         }));
         ledger.dropped += ledger.emitted - self.flights.len() as u64;
@@ -82,7 +80,10 @@ impl AimedFlights {
             for (lane, flight) in flights.iter().enumerate() {
                 chunk.ledger.rays += 1;
                 match course.stage.scene.surface_hit(&rays, &hits, lane) {
-                    Some(hit) => self.next.extend(arrive(course, flight, segment, &hit, chunk)),
+                    Some(hit) => {
+                        let flight = attenuated(course, flight, &hit, chunk);
+                        self.next.extend(arrive(course, &flight, segment, &hit, chunk));
+                    }
                     None => {
                         chunk.ledger.escaped += 1;
                         chunk.ledger.flux.escaped += flight.power.as_dvec3();
@@ -99,6 +100,16 @@ fn numbers(course: &Course, path: u64, segment: u32) -> Rng {
     Rng::at_segment(course.settings.seed, Stream::AimedPhoton, course.pass, path, segment)
 }
 
+/// The photon without what was absorbed on its way to `hit`.
+fn attenuated(course: &Course, flight: &Flight, hit: &SurfaceHit, chunk: &mut PhotonChunk) -> Flight {
+    if flight.media == Media::NONE {
+        return *flight;
+    }
+    let power = flight.power * course.stage.scene.transmittance(flight.media, hit.t);
+    chunk.ledger.flux.absorb(flight.power.as_dvec3() - power.as_dvec3());
+    Flight { power, ..*flight }
+}
+
 /// Stores the photon where the surface has a diffuse share, and sends it on where roulette chooses a specular lobe.
 fn arrive(
     course: &Course,
@@ -108,11 +119,12 @@ fn arrive(
     chunk: &mut PhotonChunk,
 ) -> Option<Flight> {
     let mut rng = numbers(course, flight.path, segment);
-    let scattering = course.stage.scene.scatter_by(hit, Transport::Power, || rng.next_vec2());
     let arrived = Photon { wi: hit.wo, ng: hit.receiver().ng, power: flight.power };
     if segment > 1 && flight.is_from_point && course.stage.collects_glints_at(hit) {
         chunk.glints.push(hit.p, arrived);
     }
+    let passes = course.stage.scene.passes(hit, &mut rng);
+    let scattering = course.stage.scene.scatter_by(hit, Transport::Power, || rng.next_vec2());
     if segment > 1 && scattering.albedo.max_element() > 0.0 {
         let enters = scattering.coat.transmittance(hit.normal.dot(hit.wo));
         chunk.caustic.push(hit.p, Photon { power: flight.power * enters, ..arrived });
@@ -121,10 +133,15 @@ fn arrive(
     }
     let Ledger { flux, absorbed, dropped, .. } = &mut chunk.ledger;
     flux.land(flight.power.as_dvec3(), DVec3::ZERO);
+    if passes {
+        flux.pass(flight.power, Rgb::ZERO);
+        let media = course.stage.scene.crossed(flight.media, hit);
+        return Some(Flight { ray: hit.pass(), media, ..*flight });
+    }
     flux.send_on(flight.power, scattering.specular().map(SpecularLobe::weight).sum());
     let onward = go_on(hit, &scattering, course.settings, &mut rng);
     let specular = onward.filter(|onward| onward.event.is_specular());
-    let Some(Onward { ray, factor, correction, .. }) = specular else {
+    let Some(Onward { event, ray, factor, correction }) = specular else {
         *absorbed += 1;
         return None;
     };
@@ -133,7 +150,11 @@ fn arrive(
         *absorbed += 1;
         return None;
     };
-    let onward = Flight { ray, power: flight.power * (factor * correction), ..*flight };
+    let power = flight.power * (factor * correction);
+    let mut onward = Flight { ray, power, ..*flight };
+    if event.crosses() {
+        onward.media = course.stage.scene.crossed(flight.media, hit);
+    }
     *dropped += u64::from(!onward.has_power());
     onward.has_power().then_some(onward)
 }

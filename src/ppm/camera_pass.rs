@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::{GlossyPoint, HitPoint, HitPoints, Settings, Stage};
 use crate::bsdf::{Choice, Event, Scattering, Transport};
 use crate::math::{Ray, Rgb, Rng, Stream, Vec2, mean};
-use crate::scene::{Coherence, Scene, SurfaceHit};
+use crate::scene::{Coherence, Media, Scene, SurfaceHit};
 
 /// What the camera sees before any photon is traced.
 #[derive(Debug)]
@@ -106,7 +106,7 @@ fn trace_tile(course: Course, tile: u32, fronts: &mut Fronts, mut see: impl FnMu
     let samples = settings.samples;
     let expected = (TILE * TILE) as usize * samples as usize;
     let tile = Tile { hit_points: Vec::with_capacity(expected.min(BATCH)), ..Tile::default() };
-    let pixel_width = scene.camera().pixel_width();
+    let (pixel_width, media) = (scene.camera().pixel_width(), scene.camera_media());
     let (strata, weight) = (Strata::new(samples), 1.0 / samples as f32);
     let split_weight = SPLIT_WEIGHT * weight;
     let mut trees = EyeTrees { course, split_weight, pixel_width, tile };
@@ -114,7 +114,8 @@ fn trace_tile(course: Course, tile: u32, fronts: &mut Fronts, mut see: impl FnMu
         for x in left..width.min(left + TILE) {
             let pixel = y * width + x;
             eye_rays(course, &strata, pixel, |ray, sample| {
-                fronts.waiting[0].push(ray, Branch::first(weight, pixel, sample));
+                let first = Branch { media, ..Branch::first(weight, pixel, sample) };
+                fronts.waiting[0].push(ray, first);
             });
             if fronts.waiting[0].rays.len() >= BATCH {
                 trees.trace(fronts, &mut see);
@@ -187,6 +188,7 @@ impl Strata {
 }
 
 /// One branch of the tree of an eye sample.
+#[derive(Clone, Copy)]
 struct Branch {
     weight: Rgb,
     length: f32,
@@ -194,6 +196,8 @@ struct Branch {
     depth: u32,
     /// Which branch of which sample it is: a hash of the turns that it took.
     key: u32,
+    /// What its ray goes through.
+    media: Media,
     /// The density of its direction (1/sr) where a facet of a rough surface gave that; else infinite.
     pdf_w: f32,
 }
@@ -201,13 +205,18 @@ struct Branch {
 impl Branch {
     fn first(weight: f32, pixel: u32, sample: u32) -> Branch {
         let (weight, key) = (Rgb::splat(weight), sample);
-        Branch { weight, length: 0.0, pixel, depth: 0, key, pdf_w: f32::INFINITY }
+        Branch { weight, length: 0.0, pixel, depth: 0, key, media: Media::NONE, pdf_w: f32::INFINITY }
     }
 
     fn after(&self, event: Event, pdf_w: f32, weight: Rgb, length: f32) -> Branch {
         const SPREAD: u32 = 0x9E37_79B1;
         let key = self.key.wrapping_add(event as u32 + 1).wrapping_mul(SPREAD);
         Branch { weight, length, depth: self.depth + 1, key, pdf_w, ..*self }
+    }
+
+    /// Straight on through a mask. No branch goes on by a diffuse event, so its key is free.
+    fn straight_on(&self, weight: Rgb, length: f32) -> Branch {
+        self.after(Event::Diffuse, f32::INFINITY, weight, length)
     }
 
     /// Its numbers: of each stream others.
@@ -264,6 +273,8 @@ impl EyeTrees<'_> {
     /// Traces all that waits, and what comes of it.
     fn trace(&mut self, fronts: &mut Fronts, see: &mut impl FnMut(&[Ray])) {
         let Fronts { waiting, batch } = fronts;
+        let scene = self.course.stage.scene;
+        let veiled = scene.has_masks() || scene.absorbs();
         loop {
             let fuller = usize::from(waiting[1].rays.len() > waiting[0].rays.len());
             batch.take_from(&mut waiting[fuller]);
@@ -278,7 +289,11 @@ impl EyeTrees<'_> {
                     self.see_sky(batch, next..k);
                 }
                 next = k + 1;
-                self.visit(&batch.branches[k], hit, waiting);
+                if veiled {
+                    self.visit_veiled(&batch.branches[k], hit, waiting);
+                } else {
+                    self.visit(&batch.branches[k], hit, waiting);
+                }
             });
             self.see_sky(batch, next..batch.rays.len());
         }
@@ -289,20 +304,74 @@ impl EyeTrees<'_> {
         let Stage { scene, lights, .. } = self.course.stage;
         let Some(around) = lights.environment() else { return };
         for k in missed {
-            let Branch { weight, pixel, pdf_w, .. } = batch.branches[k];
+            let Branch { weight, pixel, pdf_w, media, .. } = batch.branches[k];
             let radiance = scene.found_sky(lights, around, &batch.rays[k], pdf_w);
-            self.tile.emitted.push((pixel, weight * radiance));
+            self.tile.emitted.push((pixel, weight * radiance * scene.transmittance(media, f32::INFINITY)));
         }
     }
 
     // Inlined for the same reason as `Surface::at`.
     #[inline(always)]
     fn visit(&mut self, branch: &Branch, hit: &SurfaceHit, waiting: &mut [Front; 2]) {
-        let scene = self.course.stage.scene;
-        let emission = scene.found_emission(self.course.stage.lights, hit, branch.pdf_w);
+        self.see_emission(branch, hit);
+        self.meet(branch, hit, waiting);
+    }
+
+    /// The same where surfaces may be masks, and bodies absorb.
+    #[inline(never)]
+    fn visit_veiled(&mut self, branch: &Branch, hit: &SurfaceHit, waiting: &mut [Front; 2]) {
+        let left = self.course.stage.scene.transmittance(branch.media, hit.t);
+        let arrived = Branch { weight: branch.weight * left, ..*branch };
+        self.see_emission(&arrived, hit);
+        if let Some(met) = self.past_mask(&arrived, hit, waiting) {
+            self.meet(&met, hit, waiting);
+        }
+    }
+
+    /// What of a branch meets the surface. The rest goes straight on, or one of the two by roulette where the branch is faint.
+    fn past_mask(&mut self, branch: &Branch, hit: &SurfaceHit, waiting: &mut [Front; 2]) -> Option<Branch> {
+        let opacity = self.course.stage.scene.opacity(hit);
+        if opacity >= 1.0 {
+            return Some(*branch);
+        }
+        let (met, passed) = if mean(branch.weight) >= self.split_weight {
+            (opacity, 1.0 - opacity)
+        } else {
+            let mut rng = branch.rng(Stream::EyeRoulette, self.course);
+            // The first number is that of the surface's lobes.
+            let _ = rng.next_f32();
+            if rng.next_f32() < opacity { (1.0, 0.0) } else { (0.0, 1.0) }
+        };
+        if passed > 0.0 {
+            let media = self.course.stage.scene.crossed(branch.media, hit);
+            let onward = branch.straight_on(branch.weight * passed, branch.length + hit.t);
+            self.go_on(hit.pass(), Branch { media, ..onward }, true, waiting);
+        }
+        (met > 0.0).then_some(Branch { weight: branch.weight * met, ..*branch })
+    }
+
+    /// Follows a branch, unless its chain is too long.
+    #[inline(always)]
+    fn go_on(&mut self, ray: Ray, branch: Branch, crosses: bool, waiting: &mut [Front; 2]) {
+        if branch.depth <= self.course.settings.depth {
+            waiting[usize::from(crosses)].push(ray, branch);
+        } else {
+            self.tile.cut_weight += f64::from(mean(branch.weight));
+        }
+    }
+
+    #[inline(always)]
+    fn see_emission(&mut self, branch: &Branch, hit: &SurfaceHit) {
+        let Stage { scene, lights, .. } = self.course.stage;
+        let emission = scene.found_emission(lights, hit, branch.pdf_w);
         if emission != Rgb::ZERO {
             self.tile.emitted.push((branch.pixel, branch.weight * emission));
         }
+    }
+
+    #[inline(always)]
+    fn meet(&mut self, branch: &Branch, hit: &SurfaceHit, waiting: &mut [Front; 2]) {
+        let scene = self.course.stage.scene;
         let length = branch.length + hit.t;
         let albedo = scene.albedo(hit);
         if albedo != Rgb::ZERO {
@@ -316,21 +385,20 @@ impl EyeTrees<'_> {
 
     /// Follows the specular lobes, or those of a facet: all of them, or one chosen by roulette where the branch is faint.
     fn branch_on(&mut self, branch: &Branch, length: f32, hit: &SurfaceHit, waiting: &mut [Front; 2]) {
-        let settings = self.course.settings;
         let scattering = self.scattering(branch, length, hit);
+        let (faint, course) = (mean(branch.weight) < self.split_weight, self.course);
         let mut go_on = |event: Event, wi, factor, pdf_w| {
-            let branch = branch.after(event, pdf_w, branch.weight * factor, length);
-            let Some(ray) = hit.continue_along(event, hit.frame().to_world(wi)) else { return };
-            if branch.depth <= settings.depth {
-                waiting[usize::from(event.crosses())].push(ray, branch);
-            } else {
-                self.tile.cut_weight += f64::from(mean(branch.weight));
+            let mut branch = branch.after(event, pdf_w, branch.weight * factor, length);
+            if event.crosses() {
+                branch.media = course.stage.scene.crossed(branch.media, hit);
             }
+            let Some(ray) = hit.continue_along(event, hit.frame().to_world(wi)) else { return };
+            self.go_on(ray, branch, event.crosses(), waiting);
         };
-        if mean(branch.weight) >= self.split_weight {
+        if !faint {
             scattering.specular().for_each(|lobe| go_on(lobe.event, lobe.wi, lobe.weight(), lobe.pdf_w));
         } else if let Some(Choice::Specular { event, wi, factor, pdf_w }) =
-            scattering.choose(branch.rng(Stream::EyeRoulette, self.course).next_f32())
+            scattering.choose(branch.rng(Stream::EyeRoulette, course).next_f32())
         {
             go_on(event, wi, factor, pdf_w);
         }

@@ -99,5 +99,9 @@ impl Seen {
 /// What is not absorbed of light that comes along the line of sight; by a middling facet of what is rough.
 fn kept_share(scene: &Scene, hit: &SurfaceHit) -> Rgb {
     let scattering = scene.scatter_by(hit, Transport::Power, || Vec2::splat(0.5));
-    scattering.specular().fold(scattering.diffuse_share(), |sum, lobe| sum + lobe.share)
+    let kept = scattering.specular().fold(scattering.diffuse_share(), |sum, lobe| sum + lobe.share);
+    match scene.opacity(hit) {
+        1.0 => kept,
+        opacity => kept * opacity + Rgb::splat(1.0 - opacity),
+    }
 }

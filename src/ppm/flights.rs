@@ -66,6 +66,11 @@ impl Flights {
         self.power.each_ref().map(|column| &column[..self.len])
     }
 
+    /// The paths of all, and where they start.
+    pub fn starts(&self) -> impl Iterator<Item = (u32, Vec3)> {
+        (0..self.len).map(|k| (self.path[k], Vec3::from(self.origin.each_ref().map(|column| column[k]))))
+    }
+
     /// Forgets those whose path is not to be kept: how many, and what they carried.
     pub fn retain(&mut self, keep: impl Fn(u32) -> bool) -> (u64, DVec3) {
         let (before, mut lost) = (self.len, DVec3::ZERO);
@@ -179,6 +184,10 @@ impl FlightPacket {
 
     pub fn power(&self, lane: usize) -> Rgb {
         at(&self.power, lane)
+    }
+
+    pub fn set_power(&mut self, lane: usize, power: Rgb) {
+        self.power.iter_mut().zip(power.to_array()).for_each(|(row, channel)| row[lane] = channel);
     }
 
     #[inline(always)]

@@ -12,7 +12,7 @@ pub struct FluxLedger {
     /// What left the lights.
     #[serde(serialize_with = "as_array")]
     pub emitted: DVec3,
-    /// What surfaces took: of all that reached them, the share that they have no lobe for.
+    /// What surfaces took: of all that reached them, the share that they have no lobe for; and what media took on the way.
     #[serde(serialize_with = "as_array")]
     pub absorbed: DVec3,
     /// What left the scene.
@@ -86,6 +86,17 @@ impl FluxLedger {
     pub(super) fn land(&mut self, power: DVec3, sent_on: DVec3) {
         self.absorbed += power - sent_on;
         self.roulette -= sent_on;
+    }
+
+    /// Books what a medium takes of a photon on its way.
+    pub(super) fn absorb(&mut self, power: DVec3) {
+        self.absorbed += power;
+    }
+
+    /// Books a photon that goes straight on and counts as landed on a surface of this diffuse share: nothing is absorbed, and what flies
+    /// on is no gain of roulette.
+    pub(super) fn pass(&mut self, power: Rgb, albedo: Rgb) {
+        self.land(DVec3::ZERO, power.as_dvec3() - (power * albedo).as_dvec3());
     }
 
     /// Books what the specular lobes of a surface send on beside the diffuse one of a photon that landed.

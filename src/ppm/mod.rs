@@ -42,6 +42,7 @@ mod lane_flux;
 mod lane_parts;
 mod ledger;
 mod mixture;
+mod photon_media;
 pub mod photon_pass;
 mod pilot;
 mod pixel_light;

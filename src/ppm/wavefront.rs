@@ -8,6 +8,7 @@ use super::emission::{Emission, Guided, Starts};
 use super::flights::{FlightPacket, Flights, at};
 use super::lane_flux::{LaneFlux, PowerOf};
 use super::mixture::Mixture;
+use super::photon_media::PhotonMedia;
 use super::photon_pass::{Deposits, PhotonChunk};
 use super::{FluxLedger, Ledger, Photon, Settings, Stage};
 use crate::bsdf::{
@@ -41,6 +42,7 @@ pub(super) struct Wavefront {
 #[derive(Debug, Default)]
 struct Pasts {
     specular: Vec<bool>,
+    media: PhotonMedia,
 }
 
 impl Pasts {
@@ -183,6 +185,7 @@ impl Wavefront {
             let dark = course.isa.run(emission);
             chunk.ledger.dropped += u64::from(dark.count_ones());
         }
+        pasts.media.begin(course.stage.scene, count, flights);
         chunk.ledger.emitted += count as u64;
         chunk.ledger.flux.emitted += self.power(course);
     }
@@ -249,6 +252,8 @@ impl Packet {
         chunk: &mut PhotonChunk,
         next: &mut Flights,
     ) {
+        let Packet { photons, hits, .. } = &mut *self;
+        pasts.media.attenuate(course.stage.scene, photons, hits, &mut chunk.ledger.flux);
         if SPECULAR {
             self.caustic = pasts.specular(&self.photons);
         }
@@ -262,6 +267,8 @@ impl Packet {
     }
 
     /// Sends photons on, one by one, from surfaces that are not Lambertian.
+    ///
+    /// What passes a mask arrives there all the same: hit points on it weigh what they receive by their opacity.
     fn bounce_special(&mut self, course: &Course, draws: Draws, pasts: &mut Pasts, flux: &mut FluxLedger) {
         let Packet { photons, hits, surfaces, specials, enters, glossy, .. } = self;
         specials.clear();
@@ -270,14 +277,24 @@ impl Packet {
         for lane in bits(surfaces.found & !surfaces.lambertian) {
             let Some(hit) = course.stage.scene.surface_hit(&photons.rays, hits, lane) else { continue };
             let (mut rng, power) = (draws.of(photons.path[lane]), photons.power(lane));
+            *glossy |= Mask::from(course.stage.collects_glints_at(&hit)) << lane;
+            if course.stage.scene.passes(&hit, &mut rng) {
+                enters.set(lane, &hit, course.stage.scene.receiver(&hit).coat);
+                flux.pass(power, at(&surfaces.albedo, lane));
+                specials.set(lane, &hit.pass(), power);
+                pasts.media.cross(course.stage.scene, photons.path[lane], &hit);
+                continue;
+            }
             let scattering = course.stage.scene.scatter_by(&hit, Transport::Power, || rng.next_vec2());
             enters.set(lane, &hit, scattering.coat);
-            *glossy |= Mask::from(course.stage.collects_glints_at(&hit)) << lane;
             flux.send_on(power, scattering.specular().map(SpecularLobe::weight).sum());
             let Some(onward) = go_on(&hit, &scattering, course.settings, &mut rng) else { continue };
             flux.correct(power * onward.factor * (onward.correction - 1.0));
             if !onward.event.is_specular() {
                 pasts.bounce(photons, 1 << lane);
+            }
+            if onward.event.crosses() {
+                pasts.media.cross(course.stage.scene, photons.path[lane], &hit);
             }
             if let Some(ray) = onward.ray {
                 specials.set(lane, &ray, power * (onward.factor * onward.correction));

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::path_tracer::{random_lens_sample, random_ray};
 use crate::bsdf::{Choice, Coat, DiffuseSampling, Event, Scattering, Transport, sample_diffuse};
 use crate::math::{DVec3, Frame, Ray, Rgb, Rng, Stream, Vec2, Vec3};
-use crate::scene::{FilmDesc, Scene, SurfaceHit};
+use crate::scene::{FilmDesc, Media, Scene, SurfaceHit};
 
 /// Longer paths than this are cut; with an albedo of .9 one in 10⁴⁵ is.
 const MAX_SEGMENTS: u32 = 1000;
@@ -59,15 +59,21 @@ fn splats_of(scene: &Scene, seed: u64, sample: u32, paths: Range<usize>) -> Vec<
 /// One path from the lights to its end.
 fn follow(scene: &Scene, mut rng: Rng, splats: &mut Vec<Splat>) {
     let Some(emission) = scene.lights().sample_emission(&mut rng) else { return };
-    let mut path = LightPath { ray: Ray::new(emission.origin, emission.dir), power: emission.power };
+    let (ray, media) = (Ray::new(emission.origin, emission.dir), scene.light_media(emission.origin));
+    let mut path = LightPath { ray, power: emission.power, media };
     for _ in 0..MAX_SEGMENTS {
         let Some(hit) = scene.intersect(&path.ray) else { return };
+        path.power *= scene.transmittance(path.media, hit.t);
+        if scene.passes(&hit, &mut rng) {
+            (path.ray, path.media) = (hit.pass(), scene.crossed(path.media, &hit));
+            continue;
+        }
         let scattering = scene.scatter_by(&hit, Transport::Power, || rng.next_vec2());
         if let Some(seen) = path.connected(scene, &hit, &scattering, &mut rng) {
             splats.extend(filtered(scene, seen));
         }
         let Some(choice) = scattering.choose(rng.next_f32()) else { return };
-        match path.scattered(choice, scattering.coat, &hit, &mut rng) {
+        match path.scattered(scene, choice, scattering.coat, &hit, &mut rng) {
             Some(next) if next.power.max_element() > 0.0 => path = next,
             _ => return,
         }
@@ -78,6 +84,8 @@ struct LightPath {
     ray: Ray,
     /// Emitted flux over the density of the path (W).
     power: Rgb,
+    /// What the ray goes through.
+    media: Media,
 }
 
 impl LightPath {
@@ -96,13 +104,21 @@ impl LightPath {
         // The sides are those of any such bounce, so that no light leaks through the surface.
         let origin = hit.continue_along(event, seen.to_camera)?.origin;
         let correction = hit.adjoint_correction(event, seen.to_camera);
-        let radiance = self.power * value * (correction * seen.pixels_per_area);
         let sight = Ray { origin, dir: seen.through - origin, t_max: 1.0 };
+        let left = scene.transmittance(scene.camera_media(), sight.dir.length());
+        let radiance = self.power * value * left * (correction * seen.pixels_per_area);
         let visible = radiance.max_element() > 0.0 && !scene.occluded(&sight);
         visible.then_some(Seen { raster: seen.raster, radiance })
     }
 
-    fn scattered(&self, choice: Choice, coat: Coat, hit: &SurfaceHit, rng: &mut Rng) -> Option<LightPath> {
+    fn scattered(
+        &self,
+        scene: &Scene,
+        choice: Choice,
+        coat: Coat,
+        hit: &SurfaceHit,
+        rng: &mut Rng,
+    ) -> Option<LightPath> {
         let (event, dir, factor) = match choice {
             Choice::Specular { event, wi, factor, .. } => (event, hit.frame().to_world(wi), factor),
             Choice::Diffuse { factor } => {
@@ -113,7 +129,8 @@ impl LightPath {
             }
         };
         let ray = hit.continue_along(event, dir)?;
-        Some(LightPath { ray, power: self.power * factor * hit.adjoint_correction(event, dir) })
+        let media = if event.crosses() { scene.crossed(self.media, hit) } else { self.media };
+        Some(LightPath { ray, power: self.power * factor * hit.adjoint_correction(event, dir), media })
     }
 }
 
@@ -169,17 +186,23 @@ pub fn seen_emission(scene: &Scene, seed: u64, sample: u32, pixel: usize) -> Rgb
     }
     let mut rng = Rng::new(seed, Stream::SeenLamps, sample, pixel as u64);
     let ray = random_ray(scene, pixel, &mut rng);
-    scene.intersect(&ray).map_or_else(|| scene.sky(&ray), |hit| scene.emission(&hit))
+    let left = |distance| scene.transmittance(scene.camera_media(), distance);
+    match scene.intersect(&ray) {
+        Some(hit) => left(hit.t) * scene.emission(&hit),
+        None => left(f32::INFINITY) * scene.sky(&ray),
+    }
 }
 
-/// The share of the pixels in whose middle the camera first sees a surface that mirrors or refracts: there
+/// The share of the pixels in whose middle the camera first sees a surface that mirrors or refracts, or a mask: there
 /// [`super::Method::Light`] finds only what the surface itself emits and scatters diffusely.
 pub fn share_seen_specular(scene: &Scene) -> f64 {
     let width = scene.film().width as usize;
     let specular = |&pixel: &usize| {
         let middle = Vec2::new((pixel % width) as f32, (pixel / width) as f32) + 0.5;
         let hit = scene.intersect(&scene.camera().ray(middle));
-        hit.is_some_and(|hit| scene.scatter(&hit, Transport::Camera).specular().next().is_some())
+        hit.is_some_and(|hit| {
+            scene.opacity(&hit) < 1.0 || scene.scatter(&hit, Transport::Camera).specular().next().is_some()
+        })
     };
     (0..pixels(scene)).into_par_iter().filter(specular).count() as f64 / pixels(scene) as f64
 }

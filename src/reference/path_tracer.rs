@@ -2,7 +2,7 @@ use std::f32::consts::PI;
 
 use crate::bsdf::{Choice, Coat, DiffuseSampling, Event, Transport, sample_diffuse};
 use crate::math::{Ray, Rgb, Rng, Stream, Vec2};
-use crate::scene::{Scene, SurfaceHit};
+use crate::scene::{Media, Scene, SurfaceHit};
 
 /// Longer paths than this are cut; with an albedo of .9 one in 10⁴⁵ is.
 const MAX_SEGMENTS: u32 = 1000;
@@ -40,15 +40,21 @@ fn radiance(scene: &Scene, ray: Ray, rng: &mut Rng) -> Rgb {
         transport: Transport::Camera,
         after: None,
         pdf_w: f32::INFINITY,
+        media: scene.camera_media(),
     };
     for segment in 0..MAX_SEGMENTS {
         let Some(hit) = scene.intersect(&path.ray) else {
             sum += path.throughput * path.sky(scene);
             break;
         };
+        path.throughput *= scene.transmittance(path.media, hit.t);
         // After a diffuse bounce, light straight from its source was found by the shadow ray there.
         if path.after != Some(Event::Diffuse) {
             sum += path.throughput * scene.found_emission(scene.lights(), &hit, path.pdf_w);
+        }
+        if scene.passes(&hit, rng) {
+            path = path.straight_on(scene, &hit);
+            continue;
         }
         let scattering = scene.scatter_by(&hit, path.transport, || rng.next_vec2());
         if let Some(glossy) = scene.glossy(&hit, path.transport) {
@@ -61,7 +67,7 @@ fn radiance(scene: &Scene, ray: Ray, rng: &mut Rng) -> Rgb {
         let survives = segment < SEGMENTS_BEFORE_ROULETTE;
         let choice = if survives { scattering.choose_any(u) } else { scattering.choose(u) };
         let Some(choice) = choice else { break };
-        let Some(next) = path.scattered(choice, scattering.coat, &hit, rng) else { break };
+        let Some(next) = path.scattered(scene, choice, scattering.coat, &hit, rng) else { break };
         path = next;
     }
     sum
@@ -82,6 +88,8 @@ struct EyePath {
     after: Option<Event>,
     /// See [`crate::bsdf::SpecularLobe::pdf_w`]; infinite at the camera.
     pdf_w: f32,
+    /// What the ray goes through.
+    media: Media,
 }
 
 impl EyePath {
@@ -89,13 +97,27 @@ impl EyePath {
     fn sky(&self, scene: &Scene) -> Rgb {
         match scene.lights().environment() {
             Some(around) if self.after != Some(Event::Diffuse) => {
-                scene.found_sky(scene.lights(), around, &self.ray, self.pdf_w)
+                let left = scene.transmittance(self.media, f32::INFINITY);
+                left * scene.found_sky(scene.lights(), around, &self.ray, self.pdf_w)
             }
             _ => Rgb::ZERO,
         }
     }
 
-    fn scattered(&self, choice: Choice, coat: Coat, hit: &SurfaceHit, rng: &mut Rng) -> Option<EyePath> {
+    /// Through a mask, which no light was sampled through.
+    fn straight_on(&self, scene: &Scene, hit: &SurfaceHit) -> EyePath {
+        let media = scene.crossed(self.media, hit);
+        EyePath { ray: hit.pass(), after: Some(Event::Transmission), pdf_w: f32::INFINITY, media, ..*self }
+    }
+
+    fn scattered(
+        &self,
+        scene: &Scene,
+        choice: Choice,
+        coat: Coat,
+        hit: &SurfaceHit,
+        rng: &mut Rng,
+    ) -> Option<EyePath> {
         let (event, wi, factor, transport, pdf_w) = match choice {
             Choice::Specular { event, wi, factor, pdf_w } => (event, wi, factor, self.transport, pdf_w),
             Choice::Diffuse { factor } => {
@@ -105,6 +127,8 @@ impl EyePath {
             }
         };
         let ray = hit.continue_along(event, hit.frame().to_world(wi))?;
-        Some(EyePath { ray, throughput: self.throughput * factor, transport, after: Some(event), pdf_w })
+        let media = if event.crosses() { scene.crossed(self.media, hit) } else { self.media };
+        let throughput = self.throughput * factor;
+        Some(EyePath { ray, throughput, transport, after: Some(event), pdf_w, media })
     }
 }

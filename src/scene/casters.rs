@@ -14,7 +14,7 @@ const BINS: usize = 16;
 const WHOLE: f64 = 1.2;
 
 impl Scene {
-    /// At most 16 balls around all surfaces with a specular lobe, each of them wholly inside of one: what light must meet
+    /// At most 16 balls around all surfaces with a specular lobe and all masks, each of them wholly inside of one: what light must meet
     /// first to cast a caustic. None where there is no such surface.
     ///
     /// They look small from afar: groups are cut where the squares of the parts' radii sum to the least, and joined again where
@@ -26,7 +26,10 @@ impl Scene {
     }
 
     fn casters_of<'a>(&'a self, surface: &'a Surface) -> Box<dyn Iterator<Item = Item> + 'a> {
-        let casts = |material: u32| self.materials[material as usize].bsdf.is_specular();
+        let casts = |material: u32| {
+            let material = &self.materials[material as usize];
+            material.bsdf.is_specular() || material.is_mask()
+        };
         match surface {
             Surface::Mesh(mesh, _) => Box::new(
                 (0..mesh.triangles.len())

@@ -1,5 +1,6 @@
 use super::desc::{Material, PointLightDesc, SceneDesc, SphereDesc};
 use super::gist::Gist;
+use super::media::Absorbers;
 use super::surface::Surface;
 use super::tracer::Tracer;
 use super::{Mesh, Scene, Traversal, TraversalError};
@@ -37,18 +38,22 @@ fn compile<E>(
     let meshes = desc.meshes.into_iter().map(|mesh| without_idle_coordinates(mesh, &materials)).collect();
     let surfaces = surfaces(meshes, desc.spheres);
     let gists = materials.iter().map(Gist::of).collect();
+    let absorbers = Absorbers::of(&materials);
+    let has_masks = materials.iter().any(Material::is_mask);
     let bounds = surfaces.iter().map(Surface::bounds).fold(Aabb::EMPTY, Aabb::union);
     let free = point_lights.iter().map(PointLightDesc::light);
     let (delta, around): (Vec<Light>, Vec<Light>) =
         free.chain(further_lights.iter().map(|light| light.light(ball(bounds)))).partition(Light::is_delta);
     let lights = Lights::new(delta.into_iter().chain(emitters).chain(around));
     let rays = trace(&surfaces)?;
-    Ok(Scene {
+    let mut scene = Scene {
         rays,
         traversal,
         surfaces,
         materials,
         gists,
+        has_masks,
+        absorbers,
         lights,
         camera,
         point_lights,
@@ -58,7 +63,9 @@ fn compile<E>(
         render,
         bounds,
         places,
-    })
+    };
+    scene.find_media();
+    Ok(scene)
 }
 
 fn camera(desc: &SceneDesc) -> Camera {

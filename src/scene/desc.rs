@@ -40,7 +40,8 @@ pub struct SceneDesc {
 }
 
 impl SceneDesc {
-    /// Makes the scene `scale` times as large, then moves it by `shift`; lights change so that every radiance stays.
+    /// Makes the scene `scale` times as large, then moves it by `shift`; lights and absorption change so that
+    /// every radiance stays.
     pub fn place(&mut self, scale: f32, shift: Vec3) {
         let place = |p: &mut Vec3| *p = *p * scale + shift;
         self.meshes.iter_mut().flat_map(|mesh| &mut mesh.vertices).for_each(place);
@@ -58,6 +59,7 @@ impl SceneDesc {
                 spot.intensity *= scale * scale;
             }
         }
+        self.materials.iter_mut().for_each(|material| material.absorption /= scale);
         place(&mut self.camera.position);
         place(&mut self.camera.look_at);
         self.camera.lens_radius *= scale;
@@ -140,6 +142,12 @@ pub struct Material {
     pub bsdf: Bsdf,
     /// Radiance (W/m²/sr) that leaves on the geometric normal's side.
     pub emission: Rgb,
+    /// The share of light that meets the surface at all, from 0 to 1; the rest goes straight on as if nothing were there. What it
+    /// emits is no less for that.
+    pub opacity: f32,
+    /// `σ` of what lies inside (1 / scene unit): the share `exp(-σ d)` of light is left after the distance `d`. Of materials that have an
+    /// inside: see [`Bsdf::ior`].
+    pub absorption: Rgb,
     /// Pictures that take the place of constants. Those are the largest values then, so that what a material can do at all is
     /// said by its constants.
     pub textures: Textures,
@@ -152,13 +160,21 @@ pub struct Textures {
     pub color: Option<Arc<Texture>>,
     /// The roughness, by the first channel: see [`Bsdf::with_roughness`].
     pub roughness: Option<Arc<Texture>>,
+    /// The opacity, by the first channel.
+    pub opacity: Option<Arc<Texture>>,
 }
 
 impl Textures {
     /// No pictures.
-    pub const NONE: Textures = Textures { color: None, roughness: None };
+    pub const NONE: Textures = Textures { color: None, roughness: None, opacity: None };
 
     pub(super) fn is_none(&self) -> bool {
+        self.are_plain() && self.opacity.is_none()
+    }
+
+    /// Whether the surface scatters alike everywhere.
+    #[inline(always)]
+    pub(super) fn are_plain(&self) -> bool {
         self.color.is_none() && self.roughness.is_none()
     }
 }
@@ -166,19 +182,49 @@ impl Textures {
 impl Material {
     /// One that is the same everywhere.
     pub fn plain(name: impl Into<String>, bsdf: Bsdf, emission: Rgb) -> Material {
-        Material { name: name.into(), bsdf, emission, textures: Textures::NONE }
+        Material {
+            name: name.into(),
+            bsdf,
+            emission,
+            opacity: 1.0,
+            absorption: Rgb::ZERO,
+            textures: Textures::NONE,
+        }
     }
 
     /// What `of` says of how it scatters at a place, whose texture coordinates are asked for only if pictures need them.
     #[inline(always)]
     pub fn look<R>(&self, uv: impl FnOnce() -> Vec2, of: impl FnOnce(&Bsdf) -> R) -> R {
-        if self.textures.is_none() { of(&self.bsdf) } else { of(&self.textured(uv())) }
+        if self.textures.are_plain() { of(&self.bsdf) } else { of(&self.textured(uv())) }
     }
 
     fn textured(&self, uv: Vec2) -> Bsdf {
-        let Textures { color, roughness } = &self.textures;
+        let Textures { color, roughness, opacity: _ } = &self.textures;
         let bsdf = color.as_ref().map_or(self.bsdf, |texture| self.bsdf.with_color(texture.at(uv)));
         roughness.as_ref().map_or(bsdf, |texture| bsdf.with_roughness(texture.at(uv).x))
+    }
+
+    /// The absorption of what lies behind the surface, where there is an inside.
+    pub fn inside(&self) -> Option<Rgb> {
+        self.bsdf.ior().map(|_| self.absorption)
+    }
+
+    /// Whether light may go through it as if nothing were there.
+    pub fn is_mask(&self) -> bool {
+        self.opacity < 1.0 || self.textures.opacity.is_some()
+    }
+
+    /// Whether light goes on behind it, refracted or as if nothing were there.
+    pub fn transmits(&self) -> bool {
+        self.is_mask() || self.bsdf.transmits()
+    }
+
+    /// The opacity at a place, whose texture coordinates are asked for only if a picture needs them.
+    pub fn opacity_at(&self, uv: impl FnOnce() -> Vec2) -> f32 {
+        match &self.textures.opacity {
+            Some(texture) => texture.at(uv()).x.clamp(0.0, 1.0),
+            None => self.opacity,
+        }
     }
 }
 

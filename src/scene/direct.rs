@@ -53,7 +53,11 @@ impl Scene {
         let Some(ray) = shadow_ray(receiver, sample) else { return DirectLight::default() };
         let cos = receiver.ns.dot(sample.wi);
         let received = cos * receiver.coat.transmittance(cos);
-        let irradiance = if self.occluded(&ray) { Rgb::ZERO } else { received * sample.irradiance };
+        let irradiance = if self.occluded(&ray) {
+            Rgb::ZERO
+        } else {
+            received * sample.irradiance * self.direct_transmittance(ray.origin, ray.dir.length())
+        };
         DirectLight { irradiance, shadow_rays: 1 }
     }
 }
@@ -76,8 +80,10 @@ impl Scene {
             let lit = response.and_then(|r| Some((r, hit.continue_along(r.event, sample.wi)?)));
             let Some((response, Ray { origin, .. })) = lit else { return (sum, rays) };
             let weight = balance(sample.pdf_w, response.pdf_w);
-            let found = if self.occluded(&towards(origin, &sample)) { 0.0 } else { weight };
-            (sum + found * response.value * sample.irradiance, rays + 1)
+            let ray = towards(origin, &sample);
+            let found = if self.occluded(&ray) { 0.0 } else { weight };
+            let left = self.direct_transmittance(origin, ray.dir.length());
+            (sum + found * response.value * sample.irradiance * left, rays + 1)
         })
     }
 

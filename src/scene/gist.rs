@@ -5,9 +5,10 @@ use crate::math::Rgb;
 /// What of a material is known without looking at it closely.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Gist {
-    /// Lambertian, the same everywhere, of this albedo.
+    /// Lambertian, the same everywhere, of this albedo, and no mask.
     Lambertian(Rgb),
-    /// Of other lobes, too, none of them rough, under no coat; the diffuse share is the same wherever and from wherever it is seen.
+    /// A mask, or of other lobes, too, none of them rough, under no coat; the diffuse share is the same wherever and from wherever it
+    /// is seen.
     Uniform(Rgb),
     /// Nothing but facets.
     Rough,
@@ -20,9 +21,12 @@ impl Gist {
         match material.bsdf {
             Bsdf::Rough(_) => Gist::Rough,
             Bsdf::Plastic(_) => Gist::Varying,
-            Bsdf::Diffuse { .. } | Bsdf::FixedWeight { .. } if !material.textures.is_none() => Gist::Varying,
-            Bsdf::Diffuse { albedo } => Gist::Lambertian(albedo),
-            Bsdf::FixedWeight { .. }
+            Bsdf::Diffuse { .. } | Bsdf::FixedWeight { .. } if !material.textures.are_plain() => {
+                Gist::Varying
+            }
+            Bsdf::Diffuse { albedo } if !material.is_mask() => Gist::Lambertian(albedo),
+            Bsdf::Diffuse { .. }
+            | Bsdf::FixedWeight { .. }
             | Bsdf::Mirror { .. }
             | Bsdf::Dielectric { .. }
             | Bsdf::ThinDielectric { .. }

@@ -15,6 +15,7 @@ mod direct;
 mod error;
 mod gist;
 mod load;
+mod media;
 mod mesh;
 mod places;
 mod save;
@@ -31,6 +32,7 @@ pub use desc::{
 pub use direct::DirectLight;
 pub use error::SceneError;
 pub use load::{Access, Limits, load, load_with};
+pub use media::Media;
 pub use mesh::{Mesh, least_altitude};
 pub use places::{Item, Places};
 pub use save::{SaveError, SavedScene, normal_form, save};
@@ -39,6 +41,7 @@ pub use surface_packet::SurfacePacket;
 pub use tracer::{Traversal, TraversalError};
 
 use gist::Gist;
+use media::Absorbers;
 use surface::Surface;
 use tracer::Tracer;
 
@@ -46,7 +49,7 @@ use crate::bsdf::{Bsdf, GlossyLobe, SPECULAR, Scattering, Transport};
 use crate::camera::Camera;
 use crate::embree::PACKET;
 use crate::light::{Light, Lights};
-use crate::math::{Aabb, Ray, Rgb, Vec2};
+use crate::math::{Aabb, Ray, Rgb, Rng, Vec2};
 
 /// A traceable scene: immutable, so that any number of threads may query it.
 #[derive(Debug)]
@@ -57,6 +60,9 @@ pub struct Scene {
     materials: Vec<Material>,
     /// Of each material, what most paths need alone.
     gists: Vec<Gist>,
+    /// Whether any material is a mask.
+    has_masks: bool,
+    absorbers: Absorbers,
     lights: Lights,
     camera: Camera,
     /// As the scene describes them, those without power, too.
@@ -222,9 +228,30 @@ impl Scene {
                 || self.spheres().iter().any(|sphere| rough(sphere.material)))
     }
 
-    /// Whether any surface mirrors or refracts.
+    /// Whether any surface mirrors, refracts, or is a mask.
     pub fn any_specular(&self) -> bool {
-        self.materials.iter().any(|material| material.bsdf.is_specular())
+        self.has_masks || self.materials.iter().any(|material| material.bsdf.is_specular())
+    }
+
+    /// Whether any surface is a mask: has an opacity below 1.
+    pub fn has_masks(&self) -> bool {
+        self.has_masks
+    }
+
+    /// The share of light that meets the surface at `hit`; the rest goes straight on: see [`SurfaceHit::pass`].
+    #[inline(always)]
+    pub fn opacity(&self, hit: &SurfaceHit) -> f32 {
+        if !self.has_masks {
+            return 1.0;
+        }
+        self.materials[hit.material as usize].opacity_at(|| hit.texture_coordinates())
+    }
+
+    /// Whether a path goes straight through the surface at `hit`, by roulette. Nothing is drawn where the surface is opaque.
+    #[inline(always)]
+    pub fn passes(&self, hit: &SurfaceHit, rng: &mut Rng) -> bool {
+        let opacity = self.opacity(hit);
+        opacity < 1.0 && rng.next_f32() >= opacity
     }
 
     /// The lights with power.

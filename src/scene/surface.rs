@@ -274,6 +274,11 @@ impl SurfaceHit {
         (crosses == event.crosses()).then(|| Ray::new(offset_origin(self.p, self.p_error, self.ng, dir), dir))
     }
 
+    /// The ray that goes straight on, as if there were no surface.
+    pub fn pass(&self) -> Ray {
+        Ray::new(offset_origin(self.p, self.p_error, self.ng, -self.wo), -self.wo)
+    }
+
     /// The factor on the power of a photon that came along `wo` and goes on along `dir`, so that it carries as much
     /// as a path from the camera would the other way; 1 where shading and geometric normal agree.
     ///

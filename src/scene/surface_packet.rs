@@ -19,7 +19,8 @@ pub struct SurfacePacket {
     pub albedo: [Row; 3],
     /// One bit a lane: something is met.
     pub found: u16,
-    /// One bit a lane: what is met has no other lobe than the Lambertian one and no other normal than the geometric one.
+    /// One bit a lane: what is met has no other lobe than the Lambertian one, no other normal than the geometric one, and is no
+    /// mask.
     pub lambertian: u16,
 }
 
@@ -72,7 +73,7 @@ impl Scene {
         material.look(
             || surface.texture_coordinates(),
             |bsdf| match bsdf {
-                Bsdf::Diffuse { albedo } => (*albedo, true),
+                Bsdf::Diffuse { albedo } => (*albedo, !material.is_mask()),
                 bsdf => (bsdf.diffuse_share(cosine(ray, surface.ns)), false),
             },
         )

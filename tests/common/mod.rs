@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "every test program uses another part")]
 
 pub mod agree;
+pub mod sheets;
 
 use std::path::{Path, PathBuf};
 use std::sync::Once;
@@ -145,7 +146,8 @@ pub fn blocks_seen_diffuse(scene: &Scene, block: usize) -> Vec<bool> {
 fn is_seen_diffuse(scene: &Scene, raster: Vec2) -> bool {
     scene.intersect(&scene.camera().ray(raster)).is_none_or(|hit| {
         let scattering = scene.scatter(&hit, Transport::Camera);
-        scattering.specular().next().is_none() && scene.emission(&hit) == Rgb::ZERO
+        let is_dark = scene.emission(&hit) == Rgb::ZERO;
+        scattering.specular().next().is_none() && is_dark && scene.opacity(&hit) == 1.0
     })
 }
 

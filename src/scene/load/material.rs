@@ -46,7 +46,7 @@ fn material(
     reader: &Reader,
     warnings: &mut Vec<String>,
 ) -> Result<Material, SceneError> {
-    let known = [&KINDS[..], &["emission"]].concat();
+    let known = [&KINDS[..], &["emission", "opacity", "absorption"]].concat();
     let table = field.table(format!("material `{name}`"), &known)?;
     let given: Vec<(&str, Field)> = table.all().filter(|(key, _)| KINDS.contains(key)).collect();
     let [(kind, values)] = &given[..] else { return Err(not_one_kind(&table, given.len())) };
@@ -56,9 +56,21 @@ fn material(
     }
     let mut pictured = Pictured { reader, textures: Textures::NONE };
     let bsdf = bsdf(&table.place, kind, values, &mut pictured)?;
+    let (opacity, absorption) = (pictured.opacity(&table)?, absorption(&table, &bsdf)?);
     let (name, emission) = (name.to_owned(), emission.unwrap_or(Rgb::ZERO));
-    Ok(Material { name, bsdf, emission, textures: pictured.textures })
+    Ok(Material { name, bsdf, emission, opacity, absorption, textures: pictured.textures })
 }
+
+fn absorption(table: &Fields, bsdf: &Bsdf) -> Result<Rgb, SceneError> {
+    let Some(field) = table.optional("absorption") else { return Ok(Rgb::ZERO) };
+    let absorption = field.vec3(&NON_NEGATIVE)?;
+    match bsdf.ior() {
+        Some(_) => Ok(absorption),
+        None => Err(field.error(NO_INSIDE.into())),
+    }
+}
+
+const NO_INSIDE: &str = ": the material has no inside; allowed: of `dielectric`, `rough_dielectric`, and `fixed_weight` that is transparent";
 
 fn not_one_kind(table: &Fields, n: usize) -> SceneError {
     table.error(format!("has {n} of `{}`; allowed: exactly one of them", KINDS.join("`, `")))
@@ -166,6 +178,21 @@ impl Pictured<'_> {
         Ok(largest)
     }
 
+    fn opacity(&mut self, table: &Fields) -> Result<f32, SceneError> {
+        let Some(field) = table.optional("opacity") else { return Ok(1.0) };
+        if field.string().is_err() {
+            return field.f32(&FRACTION);
+        }
+        let texture = self.texture(&field, Encoding::Opacity)?;
+        let (least, largest) = (texture.min().x, texture.max().x);
+        if least < 0.0 || largest > 1.0 {
+            let range = format!(" reaches from {least} to {largest}; allowed: values from 0 to 1");
+            return Err(field.error(range));
+        }
+        self.textures.opacity = Some(texture);
+        Ok(largest)
+    }
+
     fn texture(&self, field: &Field, encoding: Encoding) -> Result<Arc<Texture>, SceneError> {
         let (path, image) = self.reader.picture(field, encoding)?;
         let texture = Texture::new(path.display().to_string(), image).map(|new| new.of_file(path, encoding));
@@ -258,9 +285,62 @@ mod tests {
                 "field `emission[0]` is nan",
             ),
             ("[material.a]\n", 10, "duplicate key `a`"),
+            (
+                "[material.b]\nmirror = { reflectance = [1, 1, 1] }\nopacity = 1.5",
+                12,
+                "material `b`: field `opacity` is 1.5; allowed: a number from 0 to 1",
+            ),
+            (
+                "[material.b]\nmirror = { reflectance = [1, 1, 1] }\nopacity = \"no.png\"",
+                12,
+                "field `opacity`: no.png: cannot be read",
+            ),
+            (
+                "[material.b]\nthin_dielectric = { ior = 1.5 }\nabsorption = [1, 1, 1]",
+                12,
+                "material `b`: field `absorption`: the material has no inside; allowed: of `dielectric`",
+            ),
+            (
+                "[material.b]\ndielectric = { ior = 1.5 }\nabsorption = [1, -1, 1]",
+                12,
+                "field `absorption[1]` is -1; allowed: a finite number, 0 or above",
+            ),
         ] {
             added_fails_with(tables, line, words);
         }
+    }
+
+    #[test]
+    fn opacity_and_absorption_stand_beside_the_kind() {
+        let text = "[material.b]\ndielectric = { ior = 1.5 }\nopacity = 0.25\nabsorption = [1, 0, 2]\n";
+        let materials = good(&format!("{BASE}{text}"), &[]).materials;
+        let values = |m: &Material| (m.opacity, m.absorption);
+        assert_eq!(values(&materials[0]), (1.0, Rgb::ZERO));
+        assert_eq!(values(&materials[1]), (0.25, Rgb::new(1.0, 0.0, 2.0)));
+    }
+
+    /// Alpha where there is any, else luminance; either without sRGB's curve.
+    #[test]
+    fn opacity_may_be_a_picture() {
+        let folder = tempfile::tempdir().unwrap();
+        let read = |color, bytes: &[u8]| {
+            let file = folder.path().join("p.png");
+            let mut encoder = png::Encoder::new(std::fs::File::create(&file).unwrap(), 2, 1);
+            encoder.set_color(color);
+            encoder.write_header().unwrap().write_image_data(bytes).unwrap();
+            let picture = format!(
+                "[material.b]\nmirror = {{ reflectance = [1, 1, 1] }}\nopacity = \"{}\"\n",
+                file.display()
+            );
+            let material = good(&format!("{BASE}{picture}"), &[]).materials[1].clone();
+            let texture = material.textures.opacity.unwrap();
+            (texture.image().pixels().to_vec(), material.opacity)
+        };
+        let (pixels, largest) = read(png::ColorType::Rgba, &[255, 255, 255, 0, 0, 0, 0, 51]);
+        assert_eq!((pixels, largest), (vec![Rgb::ZERO, Rgb::splat(0.2)], 0.2));
+        let (pixels, largest) = read(png::ColorType::Grayscale, &[51, 102]);
+        assert_eq!((pixels, largest), (vec![Rgb::splat(0.2), Rgb::splat(0.4)], 0.4));
+        assert!((read(png::ColorType::Rgb, &[0, 0, 0, 255, 0, 0]).1 - 0.2126).abs() < 1e-6);
     }
 
     #[test]

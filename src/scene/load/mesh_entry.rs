@@ -123,9 +123,9 @@ impl Entry<'_> {
             let known = name.map_or(&mut unnamed, |i| &mut by_name[i as usize]);
             *known.get_or_insert_with(|| {
                 let name = name.map(|i| obj.material_names[i as usize].as_str());
-                let (bsdf, emission) = self.surface(name, &library, warnings);
+                let (bsdf, emission, opacity) = self.surface(name, &library, warnings);
                 let name = format!("{}:{}", self.file, name.unwrap_or("(none)"));
-                materials.push(Material::plain(name, bsdf, emission));
+                materials.push(Material { opacity, ..Material::plain(name, bsdf, emission) });
                 materials.len() as u32 - 1
             })
         };
@@ -137,19 +137,20 @@ impl Entry<'_> {
         name: Option<&str>,
         library: &BTreeMap<&str, &mtl::Mtl>,
         warnings: &mut Vec<String>,
-    ) -> (Bsdf, Rgb) {
+    ) -> (Bsdf, Rgb, f32) {
         let path = self.path.display();
+        let (grey, black) = mtl::grey();
         let Some(name) = name else {
             warnings.push(format!("{path}: faces without a material become diffuse grey 0.5"));
-            return mtl::grey();
+            return (grey, black, 1.0);
         };
-        match library.get(name) {
-            Some(material) => mtl::surface(material, &format!("{path}: material `{name}`"), warnings),
-            None => {
-                warnings.push(format!("{path}: unknown material `{name}` becomes diffuse grey 0.5"));
-                mtl::grey()
-            }
-        }
+        let Some(material) = library.get(name) else {
+            warnings.push(format!("{path}: unknown material `{name}` becomes diffuse grey 0.5"));
+            return (grey, black, 1.0);
+        };
+        let label = format!("{path}: material `{name}`");
+        let (bsdf, emission) = mtl::surface(material, &label, warnings);
+        (bsdf, emission, mtl::opacity(material, &bsdf, &label, warnings))
     }
 
     /// All materials of the libraries that the OBJ file names. The rest of a `mtllib` line is one name if there

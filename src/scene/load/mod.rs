@@ -34,7 +34,7 @@ pub use self::access::{Access, Limits};
 use self::fields::Fields;
 pub(super) use self::objects::check_quad;
 use self::source::Source;
-use super::{Material, SceneDesc, SceneError};
+use super::{Material, SceneDesc, SceneError, media};
 use crate::math::Rgb;
 
 /// Reads a scene file and the meshes it names, whose paths are relative to it: [`load_with`] access to any file.
@@ -59,8 +59,18 @@ pub fn load_with(path: &Path, access: &Access) -> Result<SceneDesc, SceneError> 
         Some("obj") => without_parameters(path, &reader).and_then(|()| bare_mesh::read(path, &reader))?,
         _ => without_parameters(path, &reader).and_then(|()| read_toml(path, &reader))?,
     };
+    check_media(&scene)?;
     warn_of_darkness(&mut scene);
     Ok(scene)
+}
+
+fn check_media(scene: &SceneDesc) -> Result<(), SceneError> {
+    let count = media::count(&scene.materials);
+    if count <= media::MOST_MEDIA {
+        return Ok(());
+    }
+    let reason = format!("its glass absorbs in {count} ways; allowed: {} at most", media::MOST_MEDIA);
+    Err(source::file_error(&scene.path, reason))
 }
 
 fn without_parameters(path: &Path, reader: &Reader) -> Result<(), SceneError> {
@@ -194,6 +204,18 @@ mod tests {
     fn a_byte_order_mark_and_crlf_are_in_order() {
         let scene = good(&format!("\u{feff}{}", BASE.replace('\n', "\r\n")), &[]);
         assert_eq!(scene.camera, good(BASE, &[]).camera);
+    }
+
+    #[test]
+    fn more_media_than_a_byte_numbers_are_refused() {
+        let glass = |count: usize| {
+            let one =
+                |k| format!("[material.g{k}]\ndielectric = {{ ior = 1.5 }}\nabsorption = [{k}, 0, 0]\n");
+            (0..count).map(one).collect::<String>()
+        };
+        assert_eq!(good(&format!("{BASE}{}", glass(255)), &[]).materials.len(), 256);
+        let error = read(&format!("{BASE}{}", glass(256)), &[]).unwrap_err();
+        assert_eq!(error, "s.toml: its glass absorbs in 256 ways; allowed: 255 at most");
     }
 
     #[test]

@@ -13,7 +13,7 @@ use super::fields::Field;
 use crate::film::Image;
 use crate::input;
 use crate::math::Rgb;
-use crate::output::{MAX_PIXELS, read_exr_bytes, read_png_bytes};
+use crate::output::{MAX_PIXELS, read_exr_bytes, read_png_bytes, read_png_opacity_bytes};
 use crate::texture::Encoding;
 
 const KIND: &str = "a picture (EXR, PNG or JPEG)";
@@ -68,14 +68,35 @@ impl Kind {
 /// The picture in the bytes of a file; `name` is for messages.
 pub(super) fn decode(kind: Kind, name: &Path, bytes: &[u8], encoding: Encoding) -> Result<Image, String> {
     let mut picture = match kind {
-        Kind::Exr => return read_exr_bytes(name, bytes).map_err(|e| e.to_string()),
+        Kind::Exr => read_exr_bytes(name, bytes).map_err(|e| e.to_string())?,
+        Kind::Png if encoding == Encoding::Opacity => {
+            read_png_opacity_bytes(name, bytes).map_err(|e| e.to_string())?
+        }
         Kind::Png => read_png_bytes(name, bytes).map_err(|e| e.to_string())?,
         Kind::Jpeg => read_jpeg(bytes)?,
     };
-    if encoding == Encoding::Colour {
-        picture.pixels_mut().iter_mut().for_each(|pixel| *pixel = pixel.map(linear));
+    match encoding {
+        Encoding::Colour if kind != Kind::Exr => {
+            picture.pixels_mut().iter_mut().for_each(|pixel| *pixel = pixel.map(linear));
+        }
+        Encoding::Colour | Encoding::Plain => (),
+        Encoding::Opacity => picture = grey(picture),
     }
     Ok(picture)
+}
+
+/// The luminance of every pixel in all three channels.
+pub(super) fn grey(mut picture: Image) -> Image {
+    picture.pixels_mut().iter_mut().for_each(|pixel| *pixel = Rgb::splat(luminance(*pixel)));
+    picture
+}
+
+/// Of linear RGB; of three equal numbers that number.
+pub(super) fn luminance(color: Rgb) -> f32 {
+    if color.min_element() == color.max_element() {
+        return color.x;
+    }
+    color.dot(Rgb::new(0.2126, 0.7152, 0.0722))
 }
 
 /// Undoes sRGB's curve.

@@ -101,7 +101,13 @@ fn bsdf() -> impl Strategy<Value = Bsdf> {
 
 fn material() -> impl Strategy<Value = Material> {
     let emission = prop_oneof![3 => Just(Rgb::ZERO), 1 => shares().prop_map(|rgb| 17.3 * rgb)];
-    ("[a-c$_.:\" &<>ä\n-]{0,5}", bsdf(), emission).prop_map(|(name, bsdf, emission)| Material {
+    let opacity = prop_oneof![2 => Just(1.0), 1 => share()];
+    let name = "[a-c$_.:\" &<>ä\n-]{0,5}";
+    let absorption = prop_oneof![2 => Just(Rgb::ZERO), 1 => shares().prop_map(|rgb| 3.7 * rgb)];
+    let parts = (name, bsdf(), emission, opacity, absorption);
+    parts.prop_map(|(name, bsdf, emission, opacity, absorption)| Material {
+        opacity,
+        absorption: bsdf.ior().map_or(Rgb::ZERO, |_| absorption),
         textures: Textures::NONE,
         name,
         bsdf,
@@ -223,11 +229,13 @@ fn scene() -> impl Strategy<Value = SceneDesc> {
     })
 }
 
-/// The scene with the emission of materials that no mesh has taken away: XML has no place for it.
+/// The scene with emission and absorption of materials that no mesh has taken away: XML has no place for them.
 fn lit_by_shapes(mut desc: SceneDesc) -> SceneDesc {
     let used: Vec<u32> = desc.meshes.iter().flat_map(|mesh| mesh.materials.clone()).collect();
     for (material, number) in desc.materials.iter_mut().zip(0..) {
-        material.emission = if used.contains(&number) { material.emission } else { Rgb::ZERO };
+        if !used.contains(&number) {
+            (material.emission, material.absorption) = (Rgb::ZERO, Rgb::ZERO);
+        }
     }
     desc
 }

@@ -135,6 +135,14 @@ impl Text {
         if material.emission != Rgb::ZERO {
             self.field("emission", vector(material.emission));
         }
+        if material.absorption != Rgb::ZERO {
+            self.field("absorption", vector(material.absorption));
+        }
+        match &material.textures.opacity {
+            Some(texture) => self.field("opacity", quoted(&pictures.texture(texture, Encoding::Opacity)?)),
+            None if material.opacity < 1.0 => self.field("opacity", number(material.opacity)),
+            None => (),
+        }
         Ok(())
     }
 }

@@ -33,7 +33,8 @@ pub(super) fn write(
     };
     writer.line("<scene version=\"3.0.0\">");
     writer.render(&desc.render);
-    writer.line("<integrator type=\"path\"/>");
+    let absorbs = desc.materials.iter().any(|material| material.absorption != Rgb::ZERO);
+    writer.line(format_args!("<integrator type=\"{}\"/>", if absorbs { "volpath" } else { "path" }));
     writer.sensor(&desc.camera, &desc.film);
     writer.materials(desc)?;
     for light in &desc.point_lights {
@@ -169,6 +170,10 @@ impl Writer {
                 let lost = "no shape has it, so its emission is not written";
                 self.warnings.push(format!("material `{}`: {lost}", material.name));
             }
+            if material.absorption != Rgb::ZERO && !used.contains(&number) {
+                let lost = "no shape has it, so its absorption is not written";
+                self.warnings.push(format!("material `{}`: {lost}", material.name));
+            }
         }
         Ok(())
     }
@@ -181,11 +186,19 @@ impl Writer {
             format!("<?caustica name=\"{}\"?>", escaped(&material.name))
         };
         let id = escaped(id);
-        if material.bsdf.transmits() {
+        let inner = format!("<bsdf type=\"{kind}\">{properties}</bsdf>");
+        if material.is_mask() {
+            let both_sides = format!("<bsdf type=\"twosided\">{inner}</bsdf>");
+            let inner = if material.bsdf.transmits() { inner } else { both_sides };
+            let opacity = self.opacity(material, number)?;
+            self.line(format_args!("<bsdf type=\"mask\" id=\"{id}\">{note}{opacity}"));
+            self.line(format_args!("    {inner}"));
+            self.line("</bsdf>");
+        } else if material.bsdf.transmits() {
             self.line(format_args!("<bsdf type=\"{kind}\" id=\"{id}\">{note}{properties}</bsdf>"));
         } else {
             self.line(format_args!("<bsdf type=\"twosided\" id=\"{id}\">{note}"));
-            self.line(format_args!("    <bsdf type=\"{kind}\">{properties}</bsdf>"));
+            self.line(format_args!("    {inner}"));
             self.line("</bsdf>");
         }
         Ok(())
@@ -249,6 +262,14 @@ impl Writer {
             )?;
         }
         self.bitmap("alpha", texture, turned)
+    }
+
+    /// Its picture as plain numbers, since alpha is nothing that Mitsuba looks at.
+    fn opacity(&mut self, material: &Material, number: u32) -> Result<String, SaveError> {
+        let Some(texture) = &material.textures.opacity else {
+            return Ok(float("opacity", material.opacity));
+        };
+        self.bitmap("opacity", &texture.without_file(), self.round.contains(&number))
     }
 
     /// A picture whose first row is at `v = 1`; for Mitsuba it is at 0.
@@ -316,6 +337,13 @@ impl Writer {
             let radiance = format!("<rgb name=\"radiance\" value=\"{}\"/>", vector(emission));
             self.line(format_args!("    <emitter type=\"area\">{radiance}</emitter>"));
         }
+        let absorption = materials[material as usize].absorption;
+        if absorption != Rgb::ZERO {
+            let properties = float("albedo", 0.0) + &extinction(absorption);
+            self.line(format_args!(
+                "    <medium type=\"homogeneous\" name=\"interior\">{properties}</medium>"
+            ));
+        }
         self.line("</shape>");
     }
 }
@@ -324,6 +352,15 @@ impl Writer {
 fn mirrored(mesh: &Mesh) -> Mesh {
     let mirror = |uv: &Vec2| Vec2::new(-uv.x, uv.y);
     Mesh { uvs: mesh.uvs.as_ref().map(|uvs| uvs.iter().map(mirror).collect()), ..mesh.clone() }
+}
+
+/// Colours end at 1 in Mitsuba; a power of two as the factor leaves their digits as they are.
+fn extinction(sigma: Rgb) -> String {
+    let scale = (1..=127).map(|k| 2f32.powi(k)).find(|scale| sigma.max_element() <= *scale);
+    match scale.filter(|_| sigma.max_element() > 1.0) {
+        Some(scale) => rgb("sigma_t", sigma / scale) + &float("scale", scale),
+        None => rgb("sigma_t", sigma),
+    }
 }
 
 fn to_world(step: &str) -> String {

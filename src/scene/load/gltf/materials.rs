@@ -51,8 +51,9 @@ impl Materials {
         let mut look = Look { pictures, label, warnings, textures: Textures::NONE, to_uv: None };
         let bsdf = look.bsdf(material);
         let emission = look.emission(material);
+        let (opacity, absorption) = (opacity(material), absorption(material, &bsdf));
         let (textures, to_uv) = (look.textures, look.to_uv.unwrap_or(DAffine2::IDENTITY));
-        self.list.push(Material { textures, ..Material::plain(name, bsdf, emission) });
+        self.list.push(Material { opacity, absorption, textures, ..Material::plain(name, bsdf, emission) });
         self.to_uv.push(to_uv);
         self.known.insert(material.index(), number);
         number
@@ -181,6 +182,26 @@ impl Look<'_> {
     }
 }
 
+/// What leaves the share `attenuationColor` after `attenuationDistance`; black as the least number above 0.
+fn absorption(material: &gltf::Material, bsdf: &Bsdf) -> Rgb {
+    let volume = material.volume().filter(|volume| bsdf.ior().is_some() && volume.thickness_factor() > 0.0);
+    let Some(volume) = volume else { return Rgb::ZERO };
+    let color = Rgb::from(volume.attenuation_color());
+    let absorption = color.map(|c| -c.clamp(f32::MIN_POSITIVE, 1.0).ln() / volume.attenuation_distance());
+    absorption.map(|sigma| if sigma.is_finite() { sigma.max(0.0) } else { 0.0 })
+}
+
+/// By the constant alpha: all or nothing where the material is cut out.
+fn opacity(material: &gltf::Material) -> f32 {
+    let [_, _, _, alpha] = material.pbr_metallic_roughness().base_color_factor();
+    match material.alpha_mode() {
+        AlphaMode::Opaque => 1.0,
+        AlphaMode::Mask => f32::from(alpha >= material.alpha_cutoff().unwrap_or(0.5)),
+        AlphaMode::Blend if alpha.is_nan() => 1.0,
+        AlphaMode::Blend => alpha.clamp(0.0, 1.0),
+    }
+}
+
 fn tell_of_the_rest(material: &gltf::Material, label: &str, warnings: &mut Vec<String>) {
     let (glass, volume) = (material.transmission(), material.volume());
     let textures = [
@@ -196,15 +217,18 @@ fn tell_of_the_rest(material: &gltf::Material, label: &str, warnings: &mut Vec<S
             named.join(", ")
         ));
     }
-    if material.alpha_mode() != AlphaMode::Opaque {
-        warnings.push(format!("{label}: alpha is not supported; opaque"));
+    if material.alpha_mode() != AlphaMode::Opaque
+        && material.pbr_metallic_roughness().base_color_texture().is_some()
+    {
+        warnings.push(format!("{label}: alpha of baseColorTexture is not read; that of the factor counts"));
     }
     let mixed = |x: f32| x > 0.0 && x < 1.0;
     let transmission = glass.map_or(0.0, |transmission| transmission.transmission_factor());
     if mixed(material.pbr_metallic_roughness().metallic_factor()) || mixed(transmission) {
         warnings.push(format!("{label}: part metal or part glass; wholly what it is most of"));
     }
-    if volume.is_some_and(|volume| volume.attenuation_color() != [1.0; 3]) {
-        warnings.push(format!("{label}: attenuation is not supported; the glass is clear"));
+    let tinted = |volume: &gltf::material::Volume| volume.attenuation_color() != [1.0; 3];
+    if material.volume().filter(tinted).is_some_and(|volume| volume.thickness_factor() <= 0.0) {
+        warnings.push(format!("{label}: attenuation without a thickness; the glass is clear"));
     }
 }

@@ -33,11 +33,30 @@ pub(super) fn surface(m: &Mtl, label: &str, warnings: &mut Vec<String>) -> (Bsdf
     let emission = clamped("Ke", m.ke, f32::MAX).unwrap_or(Rgb::ZERO);
     let mut choice = Choice { m, colors, label, warnings };
     let bsdf = choice.bsdf();
-    choice.tell_of_transparency(&bsdf);
     if m.map_kd.is_some() {
         warnings.push(format!("{label}: map_Kd is not read; the colour Kd counts"));
     }
     (bsdf, emission)
+}
+
+/// The opacity of an MTL material by `d` or `Tr`, which glass has no use for: from 0 to 1.
+pub(super) fn opacity(m: &Mtl, bsdf: &Bsdf, label: &str, warnings: &mut Vec<String>) -> f32 {
+    let by_tr = m.tr.map(|tr| 1.0 - tr);
+    let mut tell = |what: &str| warnings.push(format!("{label}: {what}"));
+    if let (Some(d), Some(by_tr)) = (m.d, by_tr)
+        && (d - by_tr).abs() > 1e-3
+    {
+        tell(&format!("d {d} and Tr {} contradict each other, since d = 1 - Tr; d counts", 1.0 - by_tr));
+    }
+    if m.map_d.is_some() {
+        tell("map_d is not read; the opacity d counts");
+    }
+    let given = m.d.or(by_tr).filter(|_| !bsdf.transmits()).unwrap_or(1.0);
+    let opacity = if given.is_nan() { 1.0 } else { given.clamp(0.0, 1.0) };
+    if opacity != given {
+        tell(&format!("opacity {given} by d or Tr; clamped to {opacity}"));
+    }
+    opacity
 }
 
 /// Within 0 to 1.
@@ -150,23 +169,6 @@ impl Choice<'_> {
         let alpha = (pr * pr).min(1.0);
         (alpha >= LEAST_ROUGHNESS).then_some(Ggx { alpha })
     }
-
-    /// Opacity by `d` or `Tr`, which glass has no use for.
-    fn tell_of_transparency(&mut self, bsdf: &Bsdf) {
-        let by_tr = self.m.tr.map(|tr| 1.0 - tr);
-        if let (Some(d), Some(by_tr)) = (self.m.d, by_tr)
-            && (d - by_tr).abs() > 1e-3
-        {
-            self.tell(&format!(
-                "d {d} and Tr {} contradict each other, since d = 1 - Tr; d counts",
-                1.0 - by_tr
-            ));
-        }
-        let opacity = self.m.d.or(by_tr).unwrap_or(1.0);
-        if opacity < 1.0 && !bsdf.transmits() {
-            self.tell(&format!("opacity {opacity} by d or Tr is not supported; opaque"));
-        }
-    }
 }
 
 /// Smoother ones are smooth.
@@ -254,9 +256,6 @@ mod tests {
                 Bsdf::Plastic(Plastic::new(Rgb::splat(0.5), 2.0, false)),
                 "a: Ks on Kd: a smooth coat of index 2",
             ),
-            ("Kd 0.25\nd 0.5", albedo(0.25, 0.25, 0.25), "a: opacity 0.5 by d or Tr"),
-            ("Kd 0.25\nTr 0.25", albedo(0.25, 0.25, 0.25), "a: opacity 0.75 by d or Tr"),
-            ("Kd 0.25\nd 1\nTr 1", albedo(0.25, 0.25, 0.25), "a: d 1 and Tr 1 contradict"),
             ("illum 7\nNi 1.5\nTf .1 .1 .1", Bsdf::Dielectric { ior: 1.5 }, "a: Tf is not used"),
             ("Kd 0.25\nPr 0.5", albedo(0.25, 0.25, 0.25), "a: Pr has no meaning"),
             (
@@ -280,6 +279,30 @@ mod tests {
             assert!(warnings[0].contains(words), "{text}: {warnings:?}");
         }
         assert_eq!(one("Kd 0 0 0\nKe -5 6 inf").1, Rgb::new(0.0, 6.0, f32::MAX));
+    }
+
+    #[test]
+    fn opacity_is_d_or_what_tr_leaves() {
+        let of = |statements: &str| {
+            let mut warnings = Vec::new();
+            let materials =
+                parse(Path::new("m.mtl"), &format!("newmtl a\nKd 0\n{statements}"), &mut warnings);
+            let (bsdf, _) = surface(&materials[0], "a", &mut warnings);
+            (opacity(&materials[0], &bsdf, "a", &mut warnings), warnings.join("; "))
+        };
+        for (statements, expected, words) in [
+            ("", 1.0, ""),
+            ("d 0.5", 0.5, ""),
+            ("Tr 0.25", 0.75, ""),
+            ("d 0.5\nTr 0.5", 0.5, ""),
+            ("illum 7\nNi 1.5\nd 0.5", 1.0, ""),
+            ("d 1\nTr 1", 1.0, "a: d 1 and Tr 1 contradict each other, since d = 1 - Tr; d counts"),
+            ("d 0\nmap_d leaf.png", 0.0, "a: map_d is not read; the opacity d counts"),
+            ("d -1", 0.0, "a: opacity -1 by d or Tr; clamped to 0"),
+            ("Tr nan", 1.0, "a: opacity NaN by d or Tr; clamped to 1"),
+        ] {
+            assert_eq!(of(statements), (expected, words.into()), "{statements}");
+        }
     }
 
     #[test]

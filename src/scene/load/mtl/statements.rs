@@ -25,6 +25,7 @@ pub(in super::super) struct Mtl {
     pub pm: Option<f32>,
     pub illum: Option<u8>,
     pub map_kd: Option<String>,
+    pub map_d: Option<String>,
 }
 
 /// More unreadable lines of a file are counted instead of told.
@@ -86,9 +87,10 @@ fn read(word: &str, rest: &str, materials: &mut Vec<Mtl>) -> Result<(), &'static
         "Pm" => material.pm = Some(number(&values)?),
         "illum" => material.illum = Some(parsed(&values).ok_or("; allowed: 0 to 255")?),
         "map_Kd" if !rest.is_empty() => material.map_kd = Some(rest.to_owned()),
+        "map_d" if !rest.is_empty() => material.map_d = Some(rest.to_owned()),
         _ => {
             return Err(
-                " is not supported; allowed: newmtl, Kd, Ks, Ke, Tf, Ns, Ni, d, Tr, Pr, Pm, illum, map_Kd",
+                " is not supported; allowed: newmtl, Kd, Ks, Ke, Tf, Ns, Ni, d, Tr, Pr, Pm, illum, map_Kd, map_d",
             );
         }
     }

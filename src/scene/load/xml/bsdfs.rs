@@ -1,20 +1,24 @@
 //! `<bsdf>`: which of the core's surfaces each kind is.
 
+use std::sync::Arc;
+
 use glam::DAffine2;
 
 use super::super::super::{SceneError, Textures};
 use super::super::fields::{NON_NEGATIVE, unknown_name};
 use super::super::material::{COAT, ROUGHNESS};
+use super::super::pictures::{grey, luminance};
 use super::element::Element;
 use super::ior;
 use super::object::{Context, Object};
 use crate::bsdf::{Bsdf, Ggx, Interface, METALS, Plastic, RoughSurface};
 use crate::math::Rgb;
+use crate::texture::Texture;
 
 /// Bsdfs may wrap each other this deep; a reference to itself would do so without end.
 const DEEPEST: usize = 8;
 
-const KINDS: &str = "`diffuse`, `dielectric`, `thindielectric`, `roughdielectric`, `conductor`, `roughconductor`, `plastic`, `twosided`";
+const KINDS: &str = "`diffuse`, `dielectric`, `thindielectric`, `roughdielectric`, `conductor`, `roughconductor`, `plastic`, `mask`, `twosided`";
 
 /// How a surface scatters.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,6 +27,8 @@ pub(super) struct Surface {
     pub textures: Textures,
     /// From texture coordinates to those by which the pictures are looked up.
     pub to_uv: DAffine2,
+    /// The share of light that meets it.
+    pub opacity: f32,
     /// Whether Mitsuba shows it black from behind: here no surface is.
     pub one_sided: bool,
 }
@@ -33,6 +39,7 @@ impl Surface {
         textures: Textures::NONE,
         to_uv: DAffine2::IDENTITY,
         bsdf: Bsdf::Diffuse { albedo: Rgb::splat(0.5) },
+        opacity: 1.0,
         one_sided: true,
     };
 
@@ -47,6 +54,10 @@ impl Surface {
 
     fn both_sides(bsdf: Bsdf) -> Surface {
         Surface { bsdf, one_sided: false, ..Surface::DEFAULT }
+    }
+
+    fn is_mask(&self) -> bool {
+        self.opacity < 1.0 || self.textures.opacity.is_some()
     }
 }
 
@@ -87,6 +98,7 @@ fn nested<'a>(element: &'a Element, context: &'a Context<'a>, depth: usize) -> R
         }),
         "roughconductor" => Surface::one_sided(rough_conductor(&object)?),
         "plastic" => Surface::one_sided(plastic(&object)?),
+        "mask" => mask(&object, depth)?,
         "twosided" => two_sided(&object, depth)?,
         other => {
             let reason = format!("bsdf `{other}` is not supported; allowed: {KINDS}");
@@ -179,17 +191,45 @@ fn plastic(object: &Object) -> Result<Bsdf, SceneError> {
     Ok(Bsdf::Plastic(Plastic::new(base, ior, object.boolean("nonlinear")?)))
 }
 
+fn mask(object: &Object, depth: usize) -> Result<Surface, SceneError> {
+    let inner = object.object("bsdf")?.ok_or_else(|| object.error(WRAPS_NOTHING))?;
+    let picture = object.picture("opacity")?.and_then(|picture| grey_texture(&picture));
+    let opacity = match &picture {
+        Some(picture) => picture.max().x,
+        None => luminance(object.reflectance("opacity", 0.5)?),
+    };
+    let surface = nested(inner, object.context, depth + 1)?;
+    if surface.is_mask() {
+        return Err(object.error("wraps another mask; allowed: one, of the product of both opacities"));
+    }
+    let to_uv = match (&picture, surface.textures == Textures::NONE) {
+        (None, _) => surface.to_uv,
+        (Some(_), true) => object.to_uv(),
+        (Some(_), false) if object.to_uv() == surface.to_uv => surface.to_uv,
+        (Some(_), false) => {
+            return Err(
+                object.error("its picture has another `to_uv` than those below; allowed: the same of all")
+            );
+        }
+    };
+    Ok(Surface { opacity, to_uv, textures: Textures { opacity: picture, ..surface.textures }, ..surface })
+}
+
+fn grey_texture(texture: &Texture) -> Option<Arc<Texture>> {
+    Texture::new(texture.name.clone(), grey(texture.image().clone())).map(Arc::new)
+}
+
+const WRAPS_NOTHING: &str = "wraps no bsdf; allowed: one";
+
 fn two_sided(object: &Object, depth: usize) -> Result<Surface, SceneError> {
     let inner = object.objects("bsdf")?;
-    let Some((front, others)) = inner.split_first() else {
-        return Err(object.error("wraps no bsdf; allowed: one"));
-    };
+    let Some((front, others)) = inner.split_first() else { return Err(object.error(WRAPS_NOTHING)) };
     if let Some(second) = others.first() {
         let reason = "bsdf `twosided` with another bsdf for the back is not supported";
         object.context.unsupported(second, reason, "the picture has that of the front on both sides")?;
     }
     let surface = nested(front, object.context, depth + 1)?;
-    if surface.bsdf.transmits() {
+    if surface.bsdf.transmits() || surface.is_mask() {
         return Err(object.error("wraps a bsdf that lets light through; allowed: an opaque one"));
     }
     Ok(Surface { one_sided: false, ..surface })
@@ -199,6 +239,8 @@ fn two_sided(object: &Object, depth: usize) -> Result<Surface, SceneError> {
 mod tests {
     use super::super::testing::{fails, good};
     use super::*;
+    use crate::film::Image;
+    use crate::output::{Metadata, write_exr};
 
     fn surface(bsdf: &str) -> Bsdf {
         good(bsdf, &[]).materials[0].bsdf
@@ -227,6 +269,46 @@ mod tests {
         assert_eq!(surface(pane), Bsdf::ThinDielectric { ior: 1.5046 });
         let mirror = "<bsdf type='twosided'><bsdf type='conductor'><string name='material' value='none'/></bsdf></bsdf>";
         assert_eq!(surface(mirror), Bsdf::Mirror { reflectance: Rgb::ONE });
+    }
+
+    #[test]
+    fn masks_become_opacities() {
+        let masked = |opacity: &str| {
+            let text = format!(
+                "<bsdf type='mask'>{opacity}<bsdf type='twosided'><bsdf type='diffuse'/></bsdf></bsdf>"
+            );
+            let material = good(&text, &[]).materials[0].clone();
+            assert_eq!(material.bsdf, Bsdf::Diffuse { albedo: Rgb::splat(0.5) });
+            material.opacity
+        };
+        assert_eq!(masked(""), 0.5);
+        assert_eq!(masked("<float name='opacity' value='0.3'/>"), 0.3);
+        assert_eq!(masked("<rgb name='opacity' value='0.3, 0.3, 0.3'/>"), 0.3);
+        assert!((masked("<rgb name='opacity' value='1, 0, 0'/>") - 0.2126).abs() < 1e-6);
+    }
+
+    /// The picture of opacity is grey, and that of the colour below stays.
+    #[test]
+    fn pictures_of_opacity_stand_beside_those_of_colour() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("p.exr");
+        let picture = Image::from_pixels(2, 1, vec![Rgb::Y, Rgb::ZERO]).unwrap();
+        write_exr(&file, &picture, &Metadata::default()).unwrap();
+        let texture = |name: &str| {
+            format!(
+                "<texture name='{name}' type='bitmap'><string name='filename' value='{}'/></texture>",
+                file.display()
+            )
+        };
+        let text = format!(
+            "<bsdf type='mask'>{}<bsdf type='diffuse'>{}</bsdf></bsdf>",
+            texture("opacity"),
+            texture("reflectance")
+        );
+        let material = good(&text, &[]).materials[0].clone();
+        let [color, opacity] =
+            [material.textures.color, material.textures.opacity].map(|t| t.unwrap().image().get(0, 0));
+        assert_eq!((color, opacity, material.opacity), (Rgb::Y, Rgb::splat(0.7152), 0.7152));
     }
 
     #[test]
@@ -280,6 +362,23 @@ mod tests {
                 "`int_ior` over `ext_ior` is 0.745; allowed: a number from 1 to 10",
             ),
             ("<bsdf type='twosided'/>", "wraps no bsdf"),
+            ("<bsdf type='mask'/>", "bsdf `mask`: wraps no bsdf; allowed: one"),
+            (
+                "<bsdf type='mask'><bsdf type='diffuse'/><bsdf type='diffuse'/></bsdf>",
+                "bsdf `mask`: a second <bsdf>; allowed: one",
+            ),
+            (
+                "<bsdf type='mask'><float name='opacity' value='2'/><bsdf type='diffuse'/></bsdf>",
+                "bsdf `mask`: `opacity` is 2; allowed: a number from 0 to 1",
+            ),
+            (
+                "<bsdf type='mask'><bsdf type='mask'><bsdf type='diffuse'/></bsdf></bsdf>",
+                "wraps another mask; allowed: one, of the product of both opacities",
+            ),
+            (
+                "<bsdf type='twosided'><bsdf type='mask'><bsdf type='diffuse'/></bsdf></bsdf>",
+                "wraps a bsdf that lets light through",
+            ),
             (
                 "<bsdf type='twosided'><bsdf type='dielectric'/></bsdf>",
                 "wraps a bsdf that lets light through",

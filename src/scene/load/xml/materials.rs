@@ -20,10 +20,18 @@ pub(super) struct Materials {
     known: BTreeMap<usize, Known>,
 }
 
+/// What a shape adds to its bsdf.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Added {
+    pub emission: Rgb,
+    /// Of what lies inside.
+    pub absorption: Rgb,
+}
+
 struct Known {
     surface: Surface,
-    /// Its materials by their emission, in the order in which shapes asked for them. None of them before the first shape.
-    emitting: Vec<(Rgb, u32)>,
+    /// Its materials by what shapes add, in the order in which they asked for them. None of them before the first shape.
+    of_shapes: Vec<(Added, u32)>,
     /// The material that waits for the first shape.
     first: u32,
 }
@@ -42,10 +50,14 @@ impl Materials {
 
     fn add(&mut self, number: usize, name: String, surface: Surface, line: usize) {
         let first = self.push(
-            Material { textures: surface.textures.clone(), ..Material::plain(name, surface.bsdf, Rgb::ZERO) },
+            Material {
+                textures: surface.textures.clone(),
+                opacity: surface.opacity,
+                ..Material::plain(name, surface.bsdf, Rgb::ZERO)
+            },
             line as u32,
         );
-        self.known.insert(number, Known { surface, emitting: Vec::new(), first });
+        self.known.insert(number, Known { surface, of_shapes: Vec::new(), first });
     }
 
     fn push(&mut self, material: Material, line: u32) -> u32 {
@@ -54,15 +66,15 @@ impl Materials {
         self.list.len() as u32 - 1
     }
 
-    /// The material of a shape of this bsdf and emission. The bsdf's first emission is that of the material of its name.
+    /// The material of a shape of this bsdf, with what the shape adds. What the first one adds is that of the material of its name.
     pub fn of_shape<'a>(
         &mut self,
         bsdf: Option<&'a Element>,
-        emission: Rgb,
+        added: Added,
         context: &'a Context<'a>,
     ) -> Result<(u32, Surface), SceneError> {
         // As Mitsuba has it, what shines reflects nothing unless it says so.
-        let is_black = bsdf.is_none() && emission != Rgb::ZERO;
+        let is_black = bsdf.is_none() && added.emission != Rgb::ZERO;
         let number = bsdf.map_or(if is_black { BLACK } else { 0 }, |bsdf| bsdf.number);
         if !self.known.contains_key(&number) {
             match bsdf {
@@ -73,21 +85,23 @@ impl Materials {
         }
         let Some(known) = self.known.get_mut(&number) else { return Ok((0, Surface::DEFAULT)) };
         let surface = known.surface.clone();
-        if let Some((_, material)) = known.emitting.iter().find(|(radiance, _)| *radiance == emission) {
+        if let Some((_, material)) = known.of_shapes.iter().find(|(of_shape, _)| *of_shape == added) {
             return Ok((*material, surface));
         }
-        let (n, first) = (known.emitting.len(), known.first);
+        let (n, first) = (known.of_shapes.len(), known.first);
+        let Added { emission, absorption } = added;
         let material = if n == 0 {
-            self.list[first as usize].emission = emission;
+            let material = &mut self.list[first as usize];
+            (material.emission, material.absorption) = (emission, absorption);
             first
         } else {
             let like = &self.list[first as usize];
             let name = format!("{} ({})", like.name, n + 1);
             let line = self.lines[first as usize];
-            self.push(Material { name, emission, ..like.clone() }, line)
+            self.push(Material { name, emission, absorption, ..like.clone() }, line)
         };
         if let Some(known) = self.known.get_mut(&number) {
-            known.emitting.push((emission, material));
+            known.of_shapes.push((added, material));
         }
         Ok((material, surface))
     }

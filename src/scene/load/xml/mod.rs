@@ -5,6 +5,7 @@ mod bsdfs;
 mod document;
 mod element;
 mod emitters;
+mod interiors;
 mod ior;
 mod look;
 mod materials;
@@ -184,7 +185,7 @@ mod tests {
         fails(body, 9, "bsdf `principled` is not supported");
         let lenient = read_with(&with_sensor(body), &[], Access::any().lenient(true)).unwrap();
         for line in [
-            "s.xml:9: bsdf `principled` is not supported; allowed: `diffuse`, `dielectric`, `thindielectric`, `roughdielectric`, `conductor`, `roughconductor`, `plastic`, `twosided`; the picture has a diffuse grey 0.5 instead",
+            "s.xml:9: bsdf `principled` is not supported; allowed: `diffuse`, `dielectric`, `thindielectric`, `roughdielectric`, `conductor`, `roughconductor`, `plastic`, `mask`, `twosided`; the picture has a diffuse grey 0.5 instead",
             "s.xml:10: <volume> in a scene is not supported",
             "s.xml:8: emitter `sunsky` is not supported; allowed: `point`, `spot`, `directional`, `constant`, `envmap`, and `area` in a <shape>; the picture lacks its light",
             "s.xml:7: shape `hair` is not supported",

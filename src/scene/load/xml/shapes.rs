@@ -6,11 +6,10 @@ use super::super::fields::{COORDINATE, POSITIVE};
 use super::super::geometry::{Geometry, Normals, Placement};
 use super::super::{obj, ply};
 use super::element::Element;
-use super::emitters;
 use super::look::Look;
-use super::materials::Materials;
+use super::materials::{Added, Materials};
 use super::object::{Context, Object};
-use super::tessellate;
+use super::{emitters, interiors, tessellate};
 use crate::bsdf::Bsdf;
 use crate::input;
 use crate::math::{DVec3, Rgb, Vec3};
@@ -43,7 +42,12 @@ impl Shapes {
             return context.unsupported(element, &reason, "the picture lacks it");
         }
         let emission = emitters::radiance(&object, context)?;
-        let (material, surface) = materials.of_shape(object.object("bsdf")?, emission, context)?;
+        let absorption = interiors::absorption(&object, context)?;
+        let (material, surface) =
+            materials.of_shape(object.object("bsdf")?, Added { emission, absorption }, context)?;
+        if absorption != Rgb::ZERO && surface.bsdf.ior().is_none() {
+            return Err(object.error(interiors::NO_INSIDE));
+        }
         let look = Look { material, surface, emission };
         match kind {
             "sphere" => self.sphere(&object, &look)?,
