@@ -67,8 +67,8 @@ fn a_slab_takes_the_share_that_beer_and_lambert_say() {
 /// Light that goes to and fro in a slab: `T = (1 - R)² a / (1 - R² a²)`, `a = exp(-σ d)`, `R = ((n - 1) / (n + 1))²`.
 #[test]
 fn a_slab_of_glass_absorbs_what_goes_to_and_fro_in_it() {
-    let (n, a) = (1.8, left(TINT, 2.5));
-    let r = ((n - 1.0) / (n + 1.0) as f64).powi(2);
+    let (n, a) = (1.8f64, left(TINT, 2.5));
+    let r = ((n - 1.0) / (n + 1.0)).powi(2);
     let expected = a.map(|a| (1.0 - r).powi(2) * a / (1.0 - r * r * a * a));
     let [eye, paths] = seen_through(vec![glass(n as f32, TINT)], vec![slab([2.0, 4.5], 30.0, 1)], vec![]);
     assert_colour(eye, expected, 1e-3);

@@ -362,6 +362,21 @@ mod tests {
                 "`int_ior` over `ext_ior` is 0.745; allowed: a number from 1 to 10",
             ),
             ("<bsdf type='twosided'/>", "wraps no bsdf"),
+            (
+                "<bsdf type='twosided'><bsdf type='dielectric'/></bsdf>",
+                "wraps a bsdf that lets light through",
+            ),
+            ("<bsdf type='twosided' id='a'><ref id='a'/></bsdf>", "nested deeper than 8"),
+            ("<bsdf type='twosided' id='a'><ref id='b'/></bsdf>", "ref: unknown id `b`; did you mean `a`?"),
+            ("<bsdf type='diffuse' id='a'/><bsdf type='diffuse' id='a'/>", "id `a` is that of line 7, too"),
+        ] {
+            fails(bsdf, 7, words);
+        }
+    }
+
+    #[test]
+    fn masks_wrap_one_bsdf_that_is_none() {
+        for (bsdf, words) in [
             ("<bsdf type='mask'/>", "bsdf `mask`: wraps no bsdf; allowed: one"),
             (
                 "<bsdf type='mask'><bsdf type='diffuse'/><bsdf type='diffuse'/></bsdf>",
@@ -379,13 +394,6 @@ mod tests {
                 "<bsdf type='twosided'><bsdf type='mask'><bsdf type='diffuse'/></bsdf></bsdf>",
                 "wraps a bsdf that lets light through",
             ),
-            (
-                "<bsdf type='twosided'><bsdf type='dielectric'/></bsdf>",
-                "wraps a bsdf that lets light through",
-            ),
-            ("<bsdf type='twosided' id='a'><ref id='a'/></bsdf>", "nested deeper than 8"),
-            ("<bsdf type='twosided' id='a'><ref id='b'/></bsdf>", "ref: unknown id `b`; did you mean `a`?"),
-            ("<bsdf type='diffuse' id='a'/><bsdf type='diffuse' id='a'/>", "id `a` is that of line 7, too"),
         ] {
             fails(bsdf, 7, words);
         }
