@@ -3,7 +3,10 @@
 
     make gallery
 
-Pictures go to docs/images/gallery/. Times are those of the machine that runs it.
+usage: gallery.py [SCENE ...]
+
+With names, renders these alone and keeps what the page has of the others. Pictures go to docs/images/gallery/. Times are
+those of the machine that runs it.
 """
 
 import json
@@ -70,14 +73,28 @@ def entry(name, size, passes, words):
     )
 
 
-def main():
+def known():
+    """The entries of the page as it is, by the names of their scenes."""
+    page = ROOT / "docs/gallery.md"
+    entries = page.read_text().split("\n## ")[1:] if page.exists() else []
+    return {entry.split("\n", 1)[0]: f"\n## {entry}" for entry in entries}
+
+
+def main(names):
+    unknown = set(names) - {scene[0] for scene in SCENES}
+    if unknown:
+        sys.exit(f"no scene of the gallery: {', '.join(sorted(unknown))}; allowed: {', '.join(s[0] for s in SCENES)}")
     PICTURES.mkdir(parents=True, exist_ok=True)
+    kept = known() if names else {}
     pages = [HEAD]
     for scene in SCENES:
+        if scene[0] not in names and scene[0] in kept:
+            pages.append(kept[scene[0]])
+            continue
         print(scene[0], flush=True)
         pages.append(entry(*scene))
     (ROOT / "docs/gallery.md").write_text("".join(pages))
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(sys.argv[1:]))

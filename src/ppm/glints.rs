@@ -5,6 +5,8 @@
 
 use std::borrow::Cow;
 
+use rayon::prelude::*;
+
 use super::collector::{Collector, Keeper, View};
 use super::gather::Receivers;
 use super::pixel_lists::PixelLists;
@@ -28,7 +30,7 @@ impl Glints {
     /// With discs of one radius, for a picture of so many pixels.
     pub fn new(points: Vec<GlossyPoint>, pixels: usize, radius: f64, settings: &Settings) -> Glints {
         let (tree, points) = build_tree(points, |_| radius as f32);
-        let hit_points: Vec<HitPoint> = points.iter().map(|point| point.hit_point).collect();
+        let hit_points: Vec<HitPoint> = points.par_iter().map(|point| point.hit_point).collect();
         let kept = (Keeper::Pixels, pixels);
         let collector = Collector::new(classes(), tree, &hit_points, kept, radius, &policy_of(settings));
         let lists = PixelLists::new(&hit_points, pixels, |h| h.reflectance);
@@ -39,7 +41,7 @@ impl Glints {
     pub fn look_at(&mut self, points: Vec<GlossyPoint>) {
         let radius = |h: &HitPoint| self.collector.state(h.pixel as usize).radius() as f32;
         let (tree, points) = build_tree(points, radius);
-        self.hit_points = points.iter().map(|point| point.hit_point).collect();
+        self.hit_points = points.par_iter().map(|point| point.hit_point).collect();
         self.points = points;
         self.lists = PixelLists::new(&self.hit_points, self.collector.states.len(), |h| h.reflectance);
         self.collector.look_at(tree, &self.hit_points);
@@ -89,10 +91,13 @@ fn policy_of(settings: &Settings) -> Settings {
 }
 
 /// The tree over the points' spheres, and the points in its order.
-fn build_tree(points: Vec<GlossyPoint>, radius: impl Fn(&HitPoint) -> f32) -> (SphereBvh, Vec<GlossyPoint>) {
+fn build_tree(
+    points: Vec<GlossyPoint>,
+    radius: impl Fn(&HitPoint) -> f32 + Sync,
+) -> (SphereBvh, Vec<GlossyPoint>) {
     let sphere =
         |point: &GlossyPoint| Sphere { center: point.hit_point.receiver.p, radius: radius(&point.hit_point) };
-    let (tree, order) = SphereBvh::build(&points.iter().map(sphere).collect::<Vec<_>>());
-    let ordered = order.iter().map(|&k| points[k as usize]).collect();
+    let (tree, order) = SphereBvh::build(&points.par_iter().map(sphere).collect::<Vec<_>>());
+    let ordered = order.par_iter().map(|&k| points[k as usize]).collect();
     (tree, ordered)
 }
