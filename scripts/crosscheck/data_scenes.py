@@ -3,13 +3,15 @@
 
 usage: data_scenes.py PROGRAM FOLDER [NAME..]
 
-Neither path tracer finds light of points, spots and suns that glass or water focuses, so both lack it alike. Scenes that Mitsuba has
-no words for, such as those with the course's fixed weights, are skipped, visibly. Without Mitsuba all is skipped.
+Neither path tracer finds light of points, spots and suns that glass or water focuses, so both lack it alike. What of it comes through
+masks `volpath` finds and the program does not, to whose shadow rays masks are opaque; so they are made opaque to Mitsuba's, too. Scenes that
+Mitsuba has no words for, such as those with the course's fixed weights, are skipped, visibly. Without Mitsuba all is skipped.
 """
 
 import re
 import subprocess
 import sys
+import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 from scenes import ROOT, SHARE, TOLERANCE, compare, mitsuba_render, run
@@ -29,6 +31,27 @@ def smaller(xml):
     xml.write_text(re.sub(r'<rfilter[^>]*type="\w+"[^>]*?(/>|>.*?</rfilter>)', '<rfilter type="box"/>', text, flags=re.S))
 
 
+def with_opaque_shadows(xml):
+    """The scene with masks that shadow rays of `volpath` do not pass: those know masks alone, not masks below bumps, even of no height.
+
+    Lamps and skies behind masks would lose light by that: scenes with those stay as they are.
+    """
+    scene = ElementTree.parse(xml)
+    masks = scene.findall(".//bsdf[@type='mask']")
+    if not masks or {emitter.get("type") for emitter in scene.iter("emitter")} - {"point", "spot", "directional"}:
+        return xml
+    for mask in masks:
+        inner = ElementTree.Element("bsdf", type="mask")
+        inner.extend(mask)
+        height = ElementTree.Element("texture", type="uniform")
+        ElementTree.SubElement(height, "float", name="value", value="1")
+        mask[:] = [height, inner]
+        mask.set("type", "bumpmap")
+    opaque = xml.with_name(f"{xml.stem}_opaque_shadows.xml")
+    scene.write(opaque)
+    return opaque
+
+
 def convert(program, scene, xml):
     """Why the scene cannot be written, or nothing."""
     done = subprocess.run([program, "convert", scene, xml], capture_output=True, text=True, check=False)
@@ -44,7 +67,7 @@ def check(program, folder, name, mi, numpy):
     smaller(xml)
     theirs, ours = (folder / f"data_{name}_{what}" for what in ("mitsuba", "program"))
     integrator = "volpath" if 'type="volpath"' in xml.read_text() else "path"
-    mitsuba_render(mi, numpy, xml, integrator, SAMPLES["mitsuba"], theirs)
+    mitsuba_render(mi, numpy, with_opaque_shadows(xml), integrator, SAMPLES["mitsuba"], theirs)
     run(program, "reference", xml, "--spp", SAMPLES["program"], "-o", f"{ours}.exr")
     errors = ("--stderr", f"{ours}_stderr.exr", "--reference-stderr", f"{theirs}_stderr.exr")
     found = compare(program, f"{ours}.exr", f"{theirs}.exr", *errors)
