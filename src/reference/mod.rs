@@ -17,7 +17,7 @@ use pixel_estimates::PixelEstimates;
 pub enum Method {
     /// A unidirectional path tracer with next-event estimation, of unlimited depth.
     ///
-    /// It cannot find point lights through glass or water, since no sampled path hits a point: there its picture is
+    /// It cannot find point lights through glass, water or masks, since no sampled path hits a point: there its picture is
     /// the light that does not pass such surfaces on its way to the last diffuse one.
     ///
     /// # Source

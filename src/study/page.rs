@@ -22,7 +22,7 @@ from the repetitions. In theory noise falls with half of alpha and bias with 1 -
 third, at alpha 2/3). *Half costs* follows from it: so many times the passes, and nearly so many times the seconds, for half the error. The last columns \
 are seconds to an error: measured, interpolated between points; or, after \u{2248}, not reached but predicted from the end \
 of the curve, which holds only as long as the curve goes on like that. No prediction is made for path tracing, which never finds a point \
-light through glass or water, nor where an effect is left out: such curves end at the light that they lack.";
+light through glass, water or masks, nor where an effect is left out: such curves end at the light that they lack.";
 
 /// The whole page.
 pub fn page(report: &StudyReport, gallery: &Gallery) -> String {

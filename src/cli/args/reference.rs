@@ -11,8 +11,8 @@ Examples:
   caustica reference data/cornell_a.toml --spp 1024 -o out/cornell_a_reference.exr
   caustica reference data/cornell_b.toml --method light --spp 256 -o out/cornell_b_light.exr
 
-Path tracing misses point lights through glass and water, light tracing what is seen in mirrors or through
-glass and water; elsewhere both tend to the same picture, and light tracing has far less noise in caustics.
+Path tracing misses point lights through glass, water and masks, light tracing what is seen in mirrors or
+through them; elsewhere both tend to the same picture, and light tracing has far less noise in caustics.
 Beside FILE.exr and FILE.png it writes FILE_stderr.exr: the standard error of every pixel and channel.
 
 A flag --some-name may be given as the variable CAUSTICA_SOME_NAME, too. Flags win over variables, those over the
