@@ -62,6 +62,16 @@ fn photons_and_paths_darken_the_floor_by_the_opacity() {
     assert_close(ppm(&masked, 20), 0.7 * clear, 0.02);
 }
 
+/// Shadow rays take masks for opaque, so paths from the camera find nothing of a point light behind one; those from the light do.
+#[test]
+fn only_paths_from_a_point_light_pass_a_mask() {
+    let lit = |masks: Vec<Mesh>| Scene::new(over_floor(vec![mask(BLACK, 0.3)], masks)).unwrap();
+    let (bare, masked) = (lit(vec![]), lit(vec![sheet(5.0, 200.0, true, 1)]));
+    assert!(mean(&path_traced(&masked, 16).0) == 0.0);
+    let clear = mean(&path_traced(&bare, 16).0);
+    assert_close(mean(&light_traced(&masked, 20_000).0), 0.7 * clear, 0.25);
+}
+
 /// A glowing room of albedo 1/2 with a white, half opaque sheet across: it loses nothing, so radiance is `E / (1 - ρ)` everywhere.
 #[test]
 fn a_white_mask_vanishes_in_a_furnace() {
