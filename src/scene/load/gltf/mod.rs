@@ -49,7 +49,8 @@ pub(super) fn read(path: &Path, reader: &Reader) -> Result<SceneDesc, SceneError
     parts.scene(path)
 }
 
-/// The file as data that is checked. The crate's own checks panic where positions are no accessor, so those are looked at first.
+/// The file as data that is checked. The crate panics where positions are no accessor
+/// and images have no source, so those are looked at first.
 fn parsed(bytes: &[u8]) -> Result<Gltf, String> {
     let unsound = |e: gltf::Error| format!("is no glTF 2.0 that is sound: {e}");
     let Gltf { document, blob } = Gltf::from_slice_without_validation(bytes).map_err(unsound)?;
@@ -62,6 +63,13 @@ fn parsed(bytes: &[u8]) -> Result<Gltf, String> {
         return Err(format!(
             "has positions in accessor {index}; allowed: less than {n}, as many as there are"
         ));
+    }
+    let sourceless = |image: &gltf::json::Image| match image.buffer_view {
+        Some(_) => image.mime_type.is_none(),
+        None => image.uri.is_none(),
+    };
+    if let Some(index) = json.images.iter().position(sourceless) {
+        return Err(format!("has image {index} without a source; allowed: uri, or bufferView with mimeType"));
     }
     Ok(Gltf { document: gltf::Document::from_json(json).map_err(unsound)?, blob })
 }
