@@ -233,6 +233,18 @@ fn unsound_files_are_refused() {
     }
 }
 
+/// The parser panics on such files.
+#[test]
+fn images_without_a_source_are_refused() {
+    for images in [json!([{}]), json!([{ "uri": "a.png" }, { "bufferView": 0 }])] {
+        let mut value = scene();
+        value["images"] = images.clone();
+        let error = read(&value).unwrap_err();
+        let last = images.as_array().unwrap().len() - 1;
+        assert!(error.contains(&format!("has image {last} without a source")), "{error}");
+    }
+}
+
 #[test]
 fn what_is_left_out_is_told() {
     let told = |pointer: &str, to: Value| read(&changed(pointer, to)).unwrap().warnings.join("\n");
