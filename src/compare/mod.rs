@@ -1,5 +1,5 @@
 //! How far a picture is from another: error metrics, bounds on them, what standard errors and predicted bounds are
-//! worth, and pictures of the error.
+//! worth, pictures of the error, and small pictures for pages.
 
 mod blocks;
 mod bound;
@@ -12,6 +12,7 @@ mod metrics;
 mod percentiles;
 mod region;
 mod statistics;
+mod thumbnail;
 mod z_scores;
 
 pub use blocks::{BlockCriterion, BlockReport, WorstBlock, block_means};
@@ -25,6 +26,7 @@ pub use metrics::{Metrics, REL_MSE_EPSILON, SMAPE_EPSILON};
 pub use percentiles::Percentiles;
 pub use region::{Crop, CropError, Region};
 pub use statistics::{Estimate, share_within};
+pub use thumbnail::thumbnail;
 pub use z_scores::ZScores;
 
 /// Why two pictures cannot be compared.
