@@ -50,6 +50,7 @@ pub mod output;
 pub mod ppm;
 pub mod price;
 pub mod reference;
+pub mod regression;
 pub mod report;
 pub mod scene;
 pub mod simd;

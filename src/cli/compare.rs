@@ -1,6 +1,7 @@
 use std::path::Path;
 
 use super::args::CompareArgs;
+use super::compare_folders;
 use super::console::print;
 use super::error::{CliError, Outcome};
 use crate::compare::{
@@ -15,8 +16,12 @@ use crate::output::{
 /// How many standard errors the means of blocks may differ by.
 const BLOCK_SIGMAS: f64 = 3.0;
 
-/// Prints how two pictures differ; the bounds decide the exit code.
+/// Prints how two pictures differ, or those of two folders; the bounds decide the exit code.
 pub fn run(args: &CompareArgs) -> Result<Outcome, CliError> {
+    if args.batch { compare_folders::run(args) } else { compare_two(args) }
+}
+
+fn compare_two(args: &CompareArgs) -> Result<Outcome, CliError> {
     check_outputs(args)?;
     let pictures = Pictures::read(args)?;
     let region = region(args, &pictures.reference)?;
@@ -34,16 +39,17 @@ pub fn run(args: &CompareArgs) -> Result<Outcome, CliError> {
     Ok(if broken.is_empty() { Outcome::Done } else { Outcome::BoundExceeded })
 }
 
-struct Pictures {
-    image: Image,
-    reference: Image,
+/// What a comparison reads.
+pub struct Pictures {
+    pub image: Image,
+    pub reference: Image,
     stderr: Option<Image>,
     reference_stderr: Option<Image>,
     bound: Option<Image>,
 }
 
 impl Pictures {
-    fn read(args: &CompareArgs) -> Result<Pictures, CliError> {
+    pub fn read(args: &CompareArgs) -> Result<Pictures, CliError> {
         let read = |name: &Path| read_exr_named(name).map_err(CliError::BadImage);
         let read_if_given = |name: &Option<_>| name.as_deref().map(read).transpose();
         Ok(Pictures {
@@ -55,7 +61,7 @@ impl Pictures {
         })
     }
 
-    fn inputs<'a>(&'a self, args: &CompareArgs, region: &'a Region) -> Inputs<'a> {
+    pub fn inputs<'a>(&'a self, args: &CompareArgs, region: &'a Region) -> Inputs<'a> {
         Inputs {
             image: Estimate { mean: &self.image, stderr: self.stderr.as_ref() },
             reference: Estimate { mean: &self.reference, stderr: self.reference_stderr.as_ref() },
@@ -69,7 +75,8 @@ impl Pictures {
     }
 }
 
-fn region(args: &CompareArgs, reference: &Image) -> Result<Region, CliError> {
+/// What counts of a picture.
+pub fn region(args: &CompareArgs, reference: &Image) -> Result<Region, CliError> {
     let mut region = Region::of(reference);
     if let Some(crop) = args.crop {
         region = region.with_crop(crop)?;
@@ -83,7 +90,7 @@ fn region(args: &CompareArgs, reference: &Image) -> Result<Region, CliError> {
 }
 
 /// The bounds that do not hold, each as it is to be read.
-fn broken_bounds(args: &CompareArgs, comparison: &Comparison) -> Result<Vec<String>, CompareError> {
+pub fn broken_bounds(args: &CompareArgs, comparison: &Comparison) -> Result<Vec<String>, CompareError> {
     let found = |bound: &Bound| comparison.value(bound.metric).unwrap_or(f64::NAN);
     let mut broken = Vec::new();
     for bound in &args.fail_above {

@@ -10,6 +10,7 @@ use crate::compare::CompareError;
 use crate::doctor::StabilityError;
 use crate::embree::EmbreeError;
 use crate::output::OutputError;
+use crate::regression::PairsError;
 use crate::scene::{SaveError, SceneError, TraversalError};
 use crate::study::StudyError;
 
@@ -49,6 +50,10 @@ pub enum CliError {
     Traversal(#[from] TraversalError),
     #[error(transparent)]
     Compare(#[from] CompareError),
+    #[error(transparent)]
+    Pairs(#[from] PairsError),
+    #[error("{path}: with --batch this is the same file for all pictures; name a layer that each has, such as :stderr", path = path.display())]
+    NotALayer { path: PathBuf },
     /// Found before any work was done.
     #[error("{0}")]
     BadOutput(#[source] OutputError),
@@ -89,6 +94,8 @@ pub enum CliError {
     Denoise(#[from] crate::denoise::DenoiseError),
     #[error("{what}: {source}; ask for {remedy}")]
     Memory { what: String, source: std::io::Error, remedy: &'static str },
+    #[error("cannot encode a picture of the page: {source}")]
+    Thumbnail { source: std::io::Error },
     #[error("cannot start threads: {reason}")]
     Threads { reason: String },
 }
@@ -101,6 +108,8 @@ impl CliError {
             | CliError::Embree(_)
             | CliError::Traversal(_)
             | CliError::Compare(_)
+            | CliError::Pairs(_)
+            | CliError::NotALayer { .. }
             | CliError::BadOutput(_)
             | CliError::NotExrName { .. }
             | CliError::ErrorPictureName { .. }
@@ -121,6 +130,7 @@ impl CliError {
             #[cfg(feature = "oidn")]
             CliError::Denoise(_) => 1,
             CliError::Write(_)
+            | CliError::Thumbnail { .. }
             | CliError::StandardOutput { .. }
             | CliError::Statistics { .. }
             | CliError::Stability(StabilityError::Threads { .. })

@@ -8,6 +8,7 @@ mod bench;
 mod checkpoints;
 mod circumstances;
 mod compare;
+mod compare_folders;
 mod convert;
 #[cfg(feature = "oidn")]
 mod denoised;

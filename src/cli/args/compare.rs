@@ -5,7 +5,7 @@ use clap::Args;
 use super::values::number;
 use crate::compare::{Bound, Crop};
 
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 #[command(after_help = "\
 Examples:
   caustica compare out/a.exr out/b.exr --fail-above relmse=0.01 --fail-above mean-ratio=0.005
@@ -13,16 +13,25 @@ Examples:
   caustica compare out/a.exr out/b.exr --error-exr out/error.exr --error-png out/error.png
   caustica compare a.exr b.exr --stderr a.exr:stderr --reference-stderr b_stderr.exr
   caustica compare a.exr b.exr --bound a.exr:bound --fail-below coverage=0.85
+  caustica compare --batch out/today/ out/golden/ --fail-above relmse=0.001 -o out/regression
 
 METRIC: mae, mse, rmse, relmse, smape, psnr, max, p50, p90, p95, p99, p99.9, mean-ratio, flip,
 block-max, block-share; with standard errors z-rms, z1, z2, z3; with bounds coverage, untrusted.
 Pictures may be named FILE.exr:LAYER, which reads LAYER.R, LAYER.G and LAYER.B, or the channel LAYER.
+With --batch, --stderr, --reference-stderr and --bound are named :LAYER, that of each picture.
 docs/compare.md explains the metrics.")]
 pub struct CompareArgs {
-    /// The picture to judge
+    /// The picture to judge; with --batch, the folder of them
     pub image: PathBuf,
-    /// The picture to judge it against
+    /// The picture to judge it against; with --batch, the folder of them
     pub reference: PathBuf,
+    /// Compare all EXR files of two folders, matched by name; exit with code 1 if a bound does not hold for any, or if one is
+    /// missing or cannot be compared
+    #[arg(long, conflicts_with_all = ["error_exr", "error_png"])]
+    pub batch: bool,
+    /// Where --batch writes regression.csv, regression.json and regression.html with pictures of the errors [default: out/regression]
+    #[arg(short, long, value_name = "FOLDER", requires = "batch")]
+    pub output: Option<PathBuf>,
     /// Exit with code 1 if a metric is larger than this, psnr if smaller; may be given several times
     #[arg(long, value_name = "METRIC=VALUE")]
     pub fail_above: Vec<Bound>,
