@@ -1,12 +1,14 @@
-//! Seconds to load 1,000,000 triangles of OBJ and PLY, against reading the OBJ and `tobj`'s parse alone, and the peak of memory.
+//! Seconds to load 1,000,000 triangles of OBJ and PLY, against reading the OBJ and `tobj`'s parse alone, and the peak of memory; and
+//! what is left of it for the next frame of an animation, which moves the camera alone.
 
 use std::error::Error;
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
 
 use caustica::bench::timing::{Spread, interleaved, timed};
-use caustica::scene::{Scene, load};
+use caustica::scene::{Access, MeshMemory, Scene, load, load_with};
 
 /// Two triangles each.
 const CELLS: u32 = 708;
@@ -15,7 +17,16 @@ const ROUNDS: usize = 7;
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
 /// What is measured: the yardstick, and scenes that name a file.
-const RIVALS: [&str; 5] = ["tobj", "mesh.obj", "mesh_vn.obj", "ascii.ply", "binary.ply"];
+const RIVALS: [&str; 7] = [
+    "tobj",
+    "mesh.obj",
+    "mesh_vn.obj",
+    "ascii.ply",
+    "binary.ply",
+    "next frame of mesh.obj",
+    "next frame of binary.ply",
+];
+const NEXT_FRAME: &str = "next frame of ";
 
 fn main() -> Outcome<()> {
     let folder = tempfile::tempdir()?;
@@ -52,6 +63,9 @@ struct Sample {
 }
 
 fn sample(folder: &Path, rival: &str) -> Outcome<Sample> {
+    if let Some(file) = rival.strip_prefix(NEXT_FRAME) {
+        return next_frame(folder, file);
+    }
     let file = if rival == "tobj" { "mesh.obj" } else { rival };
     let megabytes = fs::metadata(folder.join(file))?.len() as f64 / 1e6;
     // Makes the peak what is taken now.
@@ -69,6 +83,22 @@ fn sample(folder: &Path, rival: &str) -> Outcome<Sample> {
     assert_eq!(desc.meshes[0].triangles.len(), 2 * (CELLS * CELLS) as usize);
     let (built, build) = timed(|| Scene::new(desc));
     built?;
+    Ok(Sample { megabytes, load, build, peak: megabytes_of("VmHWM:")? - before })
+}
+
+/// The second of two scenes that differ in their cameras.
+fn next_frame(folder: &Path, file: &str) -> Outcome<Sample> {
+    let megabytes = fs::metadata(folder.join(file))?.len() as f64 / 1e6;
+    let access = Access::any().remembering(Arc::new(MeshMemory::default()));
+    let path = folder.join("scene.toml");
+    fs::write(&path, scene_of(file))?;
+    let first = Scene::new(load_with(&path, &access)?)?;
+    fs::write(&path, scene_of(file).replace("fov = 40", "fov = 41"))?;
+    fs::write("/proc/self/clear_refs", "5")?;
+    let before = megabytes_of("VmHWM:")?;
+    let (desc, load) = timed(|| load_with(&path, &access));
+    let (second, build) = timed(|| first.successor(desc?).map_err(Box::<dyn Error>::from));
+    assert!(second?.shares_tree(&first));
     Ok(Sample { megabytes, load, build, peak: megabytes_of("VmHWM:")? - before })
 }
 

@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use super::desc::{Material, PointLightDesc, SceneDesc, SphereDesc};
 use super::gist::Gist;
 use super::media::Absorbers;
@@ -15,7 +17,7 @@ impl Scene {
     /// # Errors
     /// Whatever the ray tracer refuses: no memory, a library of the wrong version, more than 2³² primitives.
     pub fn new(desc: SceneDesc) -> Result<Scene, EmbreeError> {
-        compile(desc, Traversal::Embree, Tracer::embree)
+        compile(desc, Traversal::Embree, |surfaces| Tracer::embree(surfaces).map(Arc::new))
     }
 
     /// Makes a description traceable by the means of choice.
@@ -23,14 +25,31 @@ impl Scene {
     /// # Errors
     /// Whatever those refuse: see [`Scene::new`]; the project's own tree has room for 2³⁰ primitives.
     pub fn with_traversal(desc: SceneDesc, traversal: Traversal) -> Result<Scene, TraversalError> {
-        compile(desc, traversal, |surfaces| Tracer::new(surfaces, traversal))
+        compile(desc, traversal, |surfaces| Tracer::new(surfaces, traversal).map(Arc::new))
+    }
+
+    /// Makes another description traceable by the same means, with the tree of this scene where its surfaces lie as they do here,
+    /// whatever their materials, the lights and the camera are.
+    ///
+    /// # Errors
+    /// Those of [`Scene::with_traversal`].
+    pub fn successor(&self, desc: SceneDesc) -> Result<Scene, TraversalError> {
+        compile(desc, self.traversal, |surfaces| match same_places(surfaces, &self.surfaces) {
+            true => Ok(Arc::clone(&self.rays)),
+            false => Tracer::new(surfaces, self.traversal).map(Arc::new),
+        })
+    }
+
+    /// Whether a tree is shared with `other`.
+    pub fn shares_tree(&self, other: &Scene) -> bool {
+        Arc::ptr_eq(&self.rays, &other.rays)
     }
 }
 
 fn compile<E>(
     desc: SceneDesc,
     traversal: Traversal,
-    trace: impl FnOnce(&[Surface]) -> Result<Tracer, E>,
+    trace: impl FnOnce(&[Surface]) -> Result<Arc<Tracer>, E>,
 ) -> Result<Scene, E> {
     let camera = camera(&desc);
     let emitters: Vec<Light> = emitters(&desc).collect();
@@ -66,6 +85,11 @@ fn compile<E>(
     };
     scene.find_media();
     Ok(scene)
+}
+
+/// Whether rays cannot tell the surfaces apart.
+fn same_places(these: &[Surface], those: &[Surface]) -> bool {
+    these.len() == those.len() && these.iter().zip(those).all(|(a, b)| a.lies_as(b))
 }
 
 fn camera(desc: &SceneDesc) -> Camera {

@@ -31,7 +31,7 @@ pub use desc::{
 };
 pub use direct::DirectLight;
 pub use error::SceneError;
-pub use load::{Access, Limits, load, load_with};
+pub use load::{Access, Limits, MeshMemory, load, load_with};
 pub use media::Media;
 pub use mesh::{Mesh, least_altitude};
 pub use places::{Item, Places};
@@ -39,6 +39,8 @@ pub use save::{SaveError, SavedScene, normal_form, save};
 pub use surface::{Receiver, SurfaceHit, keeps_clear_of_edges};
 pub use surface_packet::SurfacePacket;
 pub use tracer::{Traversal, TraversalError};
+
+use std::sync::Arc;
 
 use gist::Gist;
 use media::Absorbers;
@@ -54,7 +56,8 @@ use crate::math::{Aabb, Ray, Rgb, Rng, Vec2};
 /// A traceable scene: immutable, so that any number of threads may query it.
 #[derive(Debug)]
 pub struct Scene {
-    rays: Tracer,
+    /// Scenes of the same surfaces share it.
+    rays: Arc<Tracer>,
     traversal: Traversal,
     surfaces: Vec<Surface>,
     materials: Vec<Material>,

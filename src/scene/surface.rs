@@ -91,6 +91,20 @@ impl Surface {
         }
     }
 
+    /// Whether rays meet both at the same places, bit by bit.
+    pub fn lies_as(&self, other: &Surface) -> bool {
+        match (self, other) {
+            (Surface::Mesh(a, _), Surface::Mesh(b, _)) => {
+                a.triangles == b.triangles && bits(&a.vertices).eq(bits(&b.vertices))
+            }
+            (Surface::Spheres(a), Surface::Spheres(b)) => {
+                let ball = |s: &SphereDesc| s.center.extend(s.radius).to_array().map(f32::to_bits);
+                a.iter().map(ball).eq(b.iter().map(ball))
+            }
+            (Surface::Mesh(..), Surface::Spheres(_)) | (Surface::Spheres(_), Surface::Mesh(..)) => false,
+        }
+    }
+
     pub fn mesh(&self) -> Option<&Mesh> {
         match self {
             Surface::Mesh(mesh, _) => Some(mesh),
@@ -121,6 +135,10 @@ impl Surface {
             }
         }
     }
+}
+
+fn bits(vertices: &[Vec3]) -> impl Iterator<Item = [u32; 3]> {
+    vertices.iter().map(|p| p.to_array().map(f32::to_bits))
 }
 
 /// The point from its barycentric weights: its error does not grow with the length of the ray.

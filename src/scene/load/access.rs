@@ -5,8 +5,10 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::super::SceneError;
+use super::mesh_memory::MeshMemory;
 use super::source::file_error;
 use crate::input;
 
@@ -17,6 +19,7 @@ pub struct Access {
     limits: Limits,
     definitions: BTreeMap<String, String>,
     lenient: bool,
+    memory: Option<Arc<MeshMemory>>,
 }
 
 #[derive(Clone, Debug)]
@@ -79,7 +82,7 @@ impl Limits {
 
 impl Access {
     fn new(files: Files, limits: Limits) -> Access {
-        Access { files, limits, definitions: BTreeMap::new(), lenient: false }
+        Access { files, limits, definitions: BTreeMap::new(), lenient: false, memory: None }
     }
 
     /// Every file that the user may read, wherever a scene says; asking for as much as the format allows.
@@ -115,6 +118,12 @@ impl Access {
     #[must_use]
     pub fn lenient(self, lenient: bool) -> Access {
         Access { lenient, ..self }
+    }
+
+    /// The same with a memory of mesh files: those that the scene before read are not parsed again.
+    #[must_use]
+    pub fn remembering(self, memory: Arc<MeshMemory>) -> Access {
+        Access { memory: Some(memory), ..self }
     }
 }
 
@@ -152,6 +161,9 @@ impl<'a> Reader<'a> {
             Files::InFolder => Some(real_folder(scene)?),
             Files::Any | Files::Given(_) => None,
         };
+        if let Some(memory) = &access.memory {
+            memory.begin();
+        }
         Ok(Reader { access, scene, folder, bytes: Cell::new(0) })
     }
 
@@ -165,6 +177,10 @@ impl<'a> Reader<'a> {
 
     pub fn lenient(&self) -> bool {
         self.access.lenient
+    }
+
+    pub fn memory(&self) -> Option<&MeshMemory> {
+        self.access.memory.as_deref()
     }
 
     /// The path that a scene file means by `name`.

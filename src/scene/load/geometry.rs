@@ -9,7 +9,7 @@ use super::source::file_error;
 use crate::math::{Vec2, Vec3};
 
 /// What a mesh file holds, cut into triangles.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Geometry {
     pub vertices: Vec<Vec3>,
     /// One per vertex, of any length; zero for corners without one. None if no corner has one.

@@ -7,10 +7,11 @@ use super::super::{Material, Mesh, SceneError, Textures};
 use super::access::{Denial, Reader};
 use super::fields::{Field, Fields, Names};
 use super::geometry::{Normals, Placement};
+use super::mesh_memory::{self, Kind};
 use super::obj::{self, Obj};
 use super::source::file_error;
 use super::transform::Transform;
-use super::{Found, mtl, objects, ply};
+use super::{Found, mtl, objects};
 use crate::bsdf::Bsdf;
 use crate::math::Rgb;
 
@@ -67,10 +68,8 @@ impl Entry<'_> {
                 .is_some_and(|material| found.materials[material as usize].textures != Textures::NONE),
         };
         let is_ply = is_ply(&self.path);
-        let obj = match is_ply {
-            true => Obj::of(ply::parse(&self.path, &self.bytes(file)?)?),
-            false => obj::parse(&self.path, self.bytes(file)?, keep)?,
-        };
+        let kind = if is_ply { Kind::Ply } else { Kind::Obj(keep) };
+        let obj = mesh_memory::parse(&self.path, self.bytes(file)?, kind, self.reader.memory())?;
         let n_triangles = obj.geometry.triangles.len();
         found.triangles += n_triangles as u64;
         self.check_triangles(found.triangles)?;

@@ -15,7 +15,7 @@ use super::statements::{decode, keyword, statements};
 use crate::math::{Vec2, Vec3};
 
 /// What an OBJ file holds, cut into triangles.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Obj {
     pub geometry: Geometry,
     /// Per triangle an index into `material_names`, or none before the first `usemtl`.
@@ -34,7 +34,7 @@ impl Obj {
 }
 
 /// What of a corner is kept beside its position.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Keep {
     pub normals: bool,
     /// Texture coordinates.

@@ -4,7 +4,8 @@ use super::super::super::{Mesh, SceneError, SphereDesc};
 use super::super::access::Denial;
 use super::super::fields::{COORDINATE, POSITIVE};
 use super::super::geometry::{Geometry, Normals, Placement};
-use super::super::{obj, ply};
+use super::super::mesh_memory::{self, Kind};
+use super::super::obj;
 use super::element::Element;
 use super::look::Look;
 use super::materials::{Added, Materials};
@@ -101,14 +102,12 @@ impl Shapes {
         let denied = |denial: Denial| object.error(format!("`{name}` {}", denial.reason()));
         let bytes = object.context.reader.read(&path, expected).map_err(denied)?;
         let flat = object.boolean("face_normals")?;
-        let geometry = match kind {
-            "obj" => {
-                let keep = obj::Keep { normals: !flat, uvs: look.has_pictures() };
-                obj::parse(&path, bytes, keep)?.geometry
-            }
-            _ => ply::parse(&path, &bytes)?,
+        let format = match kind {
+            "obj" => Kind::Obj(obj::Keep { normals: !flat, uvs: look.has_pictures() }),
+            _ => Kind::Ply,
         };
-        let geometry = look.upright(geometry, kind);
+        let parsed = mesh_memory::parse(&path, bytes, format, object.context.reader.memory())?;
+        let geometry = look.upright(parsed.geometry, kind);
         self.place(object, look, geometry, name, if flat { Normals::Flat } else { Normals::FileOrSmooth })
     }
 
