@@ -84,6 +84,16 @@ impl Collector {
     pub fn look_at(&mut self, tree: SphereBvh, hit_points: &[HitPoint]) {
         self.tree = tree;
         self.radius_floor = RadiusFloor::of(hit_points);
+        self.follow(hit_points);
+    }
+
+    /// Empties the statistics, and gives all of them one radius; the tree is to [follow](Collector::follow) them, or to be another.
+    pub fn forget(&mut self, radius: f64, settings: &Settings) {
+        self.states = Statistics::new(self.states.len(), radius, settings.policy, settings.precision);
+    }
+
+    /// Gives every sphere the radius of its statistics, none below its floor.
+    pub fn follow(&mut self, hit_points: &[HitPoint]) {
         self.refit(hit_points);
         self.raise(hit_points);
     }

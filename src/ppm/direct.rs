@@ -56,15 +56,15 @@ impl DirectPass {
                 rays: exact.iter().map(|d| u64::from(d.shadow_rays)).sum(),
             },
         };
-        direct.add_pass(stage, hit_points, seed);
+        direct.add_pass(stage, hit_points, seed, 0);
         direct
     }
 
-    /// Adds one sample of the area lights at every hit point, so that their noise falls with the passes.
-    pub fn add_pass(&mut self, stage: Stage, hit_points: &[HitPoint], seed: u64) {
+    /// Adds one sample of the area lights at every hit point, so that their noise falls with the passes; drawn by the number of
+    /// the pass, from 0.
+    pub fn add_pass(&mut self, stage: Stage, hit_points: &[HitPoint], seed: u64, pass: u32) {
         let Stage { scene, lights, .. } = stage;
         let sampled = &mut self.sampled;
-        let pass = sampled.passes;
         let rays: u64 = sampled
             .from_areas
             .par_iter_mut()
@@ -79,6 +79,12 @@ impl DirectPass {
             .sum();
         sampled.rays += rays;
         sampled.passes += 1;
+    }
+
+    /// Empties the sums over passes.
+    pub(super) fn forget(&mut self) {
+        self.sampled.from_areas.fill(DVec3::ZERO);
+        self.sampled.passes = 0;
     }
 
     /// The shadow rays that [`DirectPass::new`] casts, hit point by hit point, each keyed by its place.

@@ -45,25 +45,33 @@ impl DirectLight {
             EyePaths::Retraced => {
                 let light = PixelLight::new(emitted.len());
                 let mut direct = DirectLight::Retraced { light, view: PixelLists::default() };
-                direct.add_view(stage, seed, hit_points, &keys, &emitted);
+                direct.add_view(stage, (seed, 0), hit_points, &keys, &emitted);
                 direct
             }
         }
     }
 
-    /// Adds what other eye paths see; nothing where they stay.
+    /// Adds what the eye paths of a pass see, drawn by seed and number of the pass; nothing where they stay.
     pub fn add_view(
         &mut self,
         stage: Stage,
-        seed: u64,
+        (seed, pass): (u64, u32),
         hit_points: &[HitPoint],
         keys: &[u32],
         emitted: &[Rgb],
     ) {
         let DirectLight::Retraced { light, view } = self else { return };
         *view = PixelLists::new(hit_points, emitted.len(), |h| h.reflectance);
-        let irradiance = sample_once(stage, hit_points, keys, seed, light.passes);
+        let irradiance = sample_once(stage, hit_points, keys, seed, pass);
         light.add_pass(view, emitted, irradiance);
+    }
+
+    /// Empties the sums over passes.
+    pub fn forget(&mut self) {
+        match self {
+            DirectLight::Fixed { pass, .. } => pass.forget(),
+            DirectLight::Retraced { light, .. } => light.forget(),
+        }
     }
 
     /// Whether any of it changes from pass to pass.

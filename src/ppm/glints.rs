@@ -47,6 +47,16 @@ impl Glints {
         self.collector.look_at(tree, &self.hit_points);
     }
 
+    /// Empties the statistics, as [`Collector::forget`] does.
+    pub fn forget(&mut self, radius: f64, settings: &Settings) {
+        self.collector.forget(radius, &policy_of(settings));
+    }
+
+    /// See [`Collector::follow`].
+    pub fn follow(&mut self) {
+        self.collector.follow(&self.hit_points);
+    }
+
     /// Adds the photons of pass number `pass`, from 1.
     pub fn gather(&mut self, batch: &PhotonBatch, settings: &Settings, pass: u32) -> CollectorStatistics {
         let Glints { collector, points, hit_points, lists } = self;

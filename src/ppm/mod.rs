@@ -38,6 +38,7 @@ mod glossy_point;
 mod guiding;
 mod hit_point;
 mod hit_points;
+mod independent;
 mod lane_flux;
 mod lane_parts;
 mod ledger;
@@ -70,6 +71,7 @@ pub use glossy_point::GlossyPoint;
 pub use guiding::GuidePlan;
 pub use hit_point::{GatherState, HitPoint, PassSum};
 pub use hit_points::HitPoints;
+pub use independent::{DependentPasses, IndependentPasses};
 pub use ledger::Ledger;
 pub use mixture::{Mixture, PhotonBudget};
 pub use photon_pass::{Deposits, Photon, PhotonBatch, PhotonPass, Photons};
@@ -209,12 +211,17 @@ impl<'s> Render<'s> {
 
     /// One pass: eye paths and direct light anew where they change; photons are traced and gathered, radii shrink, trees follow.
     pub fn pass(&mut self) -> PassStatistics {
+        let looks_again = self.passes > 0;
+        self.pass_by(self.settings, looks_again)
+    }
+
+    /// A pass by `settings`, which may shrink radii in another way, and by what the set-up saw, if it does not look again.
+    fn pass_by(&mut self, settings: Settings, looks_again: bool) -> PassStatistics {
         let mut watch = Stopwatch::start();
         let mut phases = PhaseSeconds::default();
         let shadow_rays_before = self.direct.rays();
-        let eye_rays = if self.passes > 0 { self.look_again(&mut watch, &mut phases) } else { 0 };
+        let eye_rays = if looks_again { self.look_again(&mut watch, &mut phases) } else { 0 };
         phases.direct = watch.lap();
-        let settings = self.settings;
         let stage = Stage::new(self.scene, &self.lights, &self.plan);
         let Render { collectors, glints, photon_pass, facets, hit_points, direct, mixture, guide, .. } = self;
         let (mixture, guide) = (mixture.as_ref(), guide.as_ref());
@@ -249,7 +256,7 @@ impl<'s> Render<'s> {
         let none = Lights::default();
         let shadows = stage.of_direct_light(&self.plan, &none);
         if let DirectLight::Fixed { pass, .. } = &mut self.direct {
-            pass.add_pass(shadows, &self.hit_points, self.settings.seed);
+            pass.add_pass(shadows, &self.hit_points, self.settings.seed, self.passes);
             return 0;
         }
         let eye = camera_pass::trace(stage, &self.settings, self.passes);
@@ -268,7 +275,8 @@ impl<'s> Render<'s> {
         self.facets = Facets::of(&hit_points);
         self.hit_points = hit_points;
         phases.eye = watch.lap();
-        self.direct.add_view(shadows, self.settings.seed, &self.hit_points, &order, &eye.emitted);
+        let key = (self.settings.seed, self.passes);
+        self.direct.add_view(shadows, key, &self.hit_points, &order, &eye.emitted);
         eye.rays
     }
 

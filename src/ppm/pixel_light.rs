@@ -35,6 +35,13 @@ impl PixelLight {
         self.rays += rays;
     }
 
+    /// Empties the sums over passes.
+    pub fn forget(&mut self) {
+        self.sums.fill(DVec3::ZERO);
+        self.sees.fill(false);
+        self.passes = 0;
+    }
+
     /// The mean over the passes.
     pub fn radiance(&self, pixel: usize) -> DVec3 {
         self.sums[pixel] / f64::from(self.passes)

@@ -52,6 +52,24 @@ impl RadiusPolicy {
         (self == RadiusPolicy::Shared).then(|| (i + alpha) / (i + 1.0))
     }
 
+    /// The radius that pass `pass`, counted from 0, gathers with: `R_k² = R_0² Π_{i=1..k} (i + α) / (i + 1)` by the shared
+    /// schedule, `R_0` where radii do not shrink; `None` where it depends on what was found before.
+    ///
+    /// ```
+    /// use caustica::ppm::RadiusPolicy;
+    /// assert_eq!(RadiusPolicy::Shared.radius_of_pass(2.0, 0.5, 1), Some(3f64.sqrt()));
+    /// assert_eq!(RadiusPolicy::Fixed.radius_of_pass(2.0, 0.5, 1), Some(2.0));
+    /// assert_eq!(RadiusPolicy::HitPoint.radius_of_pass(2.0, 0.5, 1), None);
+    /// ```
+    pub fn radius_of_pass(self, first: f64, alpha: f64, pass: u32) -> Option<f64> {
+        let ratios = (1..=pass).filter_map(|i| self.common_ratio(alpha, i));
+        match self {
+            RadiusPolicy::HitPoint | RadiusPolicy::Tested => None,
+            RadiusPolicy::Fixed => Some(first),
+            RadiusPolicy::Shared => Some(ratios.fold(first * first, |radius2, ratio| radius2 * ratio).sqrt()),
+        }
+    }
+
     /// `s` in `noise ~ passes^-s` and in `bias ~ passes^-s` as passes go to infinity.
     ///
     /// Where `R²` falls as `i^(α - 1)`, noise falls as `i^(-α/2)` and bias as `i^(α - 1)`. Discs that are tested shrink where
