@@ -53,6 +53,7 @@ pub mod reference;
 pub mod regression;
 pub mod report;
 pub mod scene;
+pub mod sealed;
 pub mod simd;
 pub mod study;
 pub mod texture;

@@ -2,28 +2,7 @@ use std::io;
 use std::path::PathBuf;
 
 use crate::ppm::ForeignState;
-
-/// What is wrong with the bytes of a checkpoint.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum FormatError {
-    /// They do not begin as a checkpoint does.
-    #[error("not a checkpoint")]
-    NotACheckpoint,
-    /// They are not those that were written: cut off, or changed.
-    #[error("damaged: its bytes are not those that were written")]
-    Damaged,
-    /// They are whole, but laid out in another way.
-    #[error("its layout has number {found}, and this program reads number {supported} alone")]
-    Version {
-        /// The number that stands in the file.
-        found: u32,
-        /// The one that is read.
-        supported: u32,
-    },
-    /// They are whole, but do not follow their layout: no version of this program wrote them.
-    #[error("its content follows no layout ({0})")]
-    Content(String),
-}
+use crate::sealed::FormatError;
 
 /// Why a checkpoint is not used; every text names the file, what is wrong and what would be right.
 #[derive(Debug, thiserror::Error)]

@@ -1,36 +1,19 @@
-//! The bytes of a checkpoint: a mark, the number of the layout, the content (postcard), and the BLAKE3 hash of all before it.
+//! The bytes of a checkpoint.
 
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 
 use super::{Checkpoint, FormatError};
+use crate::sealed::Kind;
 
-const MARK: [u8; 16] = *b"caustica render\n";
-/// To be raised whenever what stands in [`Checkpoint`] changes.
-const LAYOUT: u32 = 5;
-const HEADER: usize = MARK.len() + size_of::<u32>();
-/// Numbers come eight bytes at a time.
-const BUFFER: usize = 1 << 16;
+/// The layout is to be raised whenever what stands in [`Checkpoint`] changes.
+const KIND: Kind = Kind { mark: *b"caustica render\n", layout: 5, name: "checkpoint" };
 
 /// Writes a checkpoint, as [`parse`] reads it.
 ///
 /// # Errors
 /// Those of `out`.
 pub fn write(checkpoint: &Checkpoint, out: &mut dyn Write) -> io::Result<()> {
-    let mut hashed = Hashed { out, hasher: blake3::Hasher::new(), failure: None };
-    let written = write_hashed(checkpoint, &mut hashed);
-    let Hashed { out, hasher, failure } = hashed;
-    match failure {
-        Some(failure) => Err(failure),
-        None => written.and_then(|()| out.write_all(hasher.finalize().as_bytes())),
-    }
-}
-
-fn write_hashed(checkpoint: &Checkpoint, out: &mut Hashed) -> io::Result<()> {
-    let mut buffered = BufWriter::with_capacity(BUFFER, out);
-    buffered.write_all(&MARK)?;
-    buffered.write_all(&LAYOUT.to_le_bytes())?;
-    postcard::to_io(checkpoint, &mut buffered).map_err(io::Error::other)?;
-    buffered.flush()
+    KIND.write(checkpoint, out)
 }
 
 /// Reads a checkpoint. Memory is a small multiple of the length of `bytes`, whatever they are.
@@ -38,47 +21,7 @@ fn write_hashed(checkpoint: &Checkpoint, out: &mut Hashed) -> io::Result<()> {
 /// # Errors
 /// A [`FormatError`] for any bytes that [`write()`] did not write, or that a program with another layout wrote.
 pub fn parse(bytes: &[u8]) -> Result<Checkpoint<'static>, FormatError> {
-    if !bytes.starts_with(&MARK) {
-        return Err(FormatError::NotACheckpoint);
-    }
-    let (hashed, hash) = bytes.split_last_chunk::<{ blake3::OUT_LEN }>().ok_or(FormatError::Damaged)?;
-    let content = hashed.get(HEADER..).ok_or(FormatError::Damaged)?;
-    if blake3::hash(hashed) != *hash {
-        return Err(FormatError::Damaged);
-    }
-    let layout = hashed[MARK.len()..HEADER].iter().rev().fold(0, |sum, &byte| sum << 8 | u32::from(byte));
-    if layout != LAYOUT {
-        return Err(FormatError::Version { found: layout, supported: LAYOUT });
-    }
-    match postcard::take_from_bytes(content) {
-        Ok((checkpoint, [])) => Ok(checkpoint),
-        Ok((_, rest)) => Err(FormatError::Content(format!("{} bytes too many", rest.len()))),
-        Err(error) => Err(FormatError::Content(error.to_string())),
-    }
-}
-
-/// Hashes what it hands on, and remembers why it could not: the encoder would forget.
-struct Hashed<'a> {
-    out: &'a mut dyn Write,
-    hasher: blake3::Hasher,
-    failure: Option<io::Error>,
-}
-
-impl Write for Hashed<'_> {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let written = self.out.write(bytes).inspect_err(|error| {
-            if error.kind() != io::ErrorKind::Interrupted {
-                let code = error.raw_os_error().map(io::Error::from_raw_os_error);
-                self.failure = Some(code.unwrap_or_else(|| error.kind().into()));
-            }
-        })?;
-        self.hasher.update(&bytes[..written]);
-        Ok(written)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.out.flush()
-    }
+    KIND.parse(bytes)
 }
 
 #[cfg(test)]
@@ -87,6 +30,7 @@ pub(super) mod tests {
     use super::*;
     use crate::ppm::{ErrorEstimates, Forecast, RadiusPolicy, Render, Settings};
     use crate::scene::{self, Scene};
+    use crate::sealed::HEADER;
     use proptest::prelude::*;
     use std::path::Path;
     use std::sync::LazyLock;
@@ -142,7 +86,11 @@ pub(super) mod tests {
         for place in 0..BYTES.len() {
             let mut damaged = BYTES.clone();
             damaged[place] ^= 1 << (place % 8);
-            let error = if place < MARK.len() { FormatError::NotACheckpoint } else { FormatError::Damaged };
+            let error = if place < KIND.mark.len() {
+                FormatError::Foreign { kind: "checkpoint" }
+            } else {
+                FormatError::Damaged
+            };
             assert_eq!(parse(&damaged), Err(error), "byte {place}");
         }
     }
@@ -150,7 +98,11 @@ pub(super) mod tests {
     #[test]
     fn any_lost_or_added_end_is_found() {
         for length in 0..BYTES.len() {
-            let error = if length < MARK.len() { FormatError::NotACheckpoint } else { FormatError::Damaged };
+            let error = if length < KIND.mark.len() {
+                FormatError::Foreign { kind: "checkpoint" }
+            } else {
+                FormatError::Damaged
+            };
             assert_eq!(parse(&BYTES[..length]), Err(error), "{length} bytes");
         }
         assert_eq!(parse(&[&BYTES[..], b"\0"].concat()), Err(FormatError::Damaged));
@@ -159,11 +111,11 @@ pub(super) mod tests {
     #[test]
     fn other_layouts_are_named() {
         let content = &BYTES[HEADER..BYTES.len() - blake3::OUT_LEN];
-        let with_layout = |layout: u32| signed(&[&MARK, &layout.to_le_bytes()[..], content].concat());
-        assert!(parse(&with_layout(LAYOUT)).is_ok());
+        let with_layout = |layout: u32| signed(&[&KIND.mark, &layout.to_le_bytes()[..], content].concat());
+        assert!(parse(&with_layout(KIND.layout)).is_ok());
         let error = parse(&with_layout(0x0102_0304)).unwrap_err();
-        assert_eq!(error, FormatError::Version { found: 0x0102_0304, supported: LAYOUT });
-        let longer = signed(&[&MARK, &LAYOUT.to_le_bytes()[..], content, b"xy"].concat());
+        assert_eq!(error, FormatError::Version { found: 0x0102_0304, supported: KIND.layout });
+        let longer = signed(&[&KIND.mark, &KIND.layout.to_le_bytes()[..], content, b"xy"].concat());
         assert_eq!(parse(&longer), Err(FormatError::Content("2 bytes too many".into())));
     }
 
@@ -182,7 +134,7 @@ pub(super) mod tests {
     /// A list that claims to be longer than the file takes no memory for it.
     #[test]
     fn claimed_lengths_are_not_believed() {
-        let huge = signed(&[&MARK, &LAYOUT.to_le_bytes()[..], &[0xff; 9], &[1]].concat());
+        let huge = signed(&[&KIND.mark, &KIND.layout.to_le_bytes()[..], &[0xff; 9], &[1]].concat());
         assert!(matches!(parse(&huge), Err(FormatError::Content(_))));
     }
 

@@ -16,7 +16,8 @@ mod file;
 mod format;
 mod run_state;
 
-pub use error::{CheckpointError, FormatError};
+pub use crate::sealed::FormatError;
+pub use error::CheckpointError;
 pub use facts::Facts;
 pub use file::{CheckpointFile, Loaded, Origin};
 pub use format::{parse, write};
