@@ -54,6 +54,7 @@ pub mod regression;
 pub mod report;
 pub mod scene;
 pub mod sealed;
+pub mod shard;
 pub mod simd;
 pub mod study;
 pub mod texture;

@@ -38,6 +38,11 @@ impl Facts {
     /// What `self`, a checkpoint's, has other than `here`, the render that it is to go on in: a sentence for each, and if there
     /// are many, one for the rest.
     pub fn differences(&self, here: &Facts) -> Vec<String> {
+        self.differences_between(here, ["the checkpoint", "this render"])
+    }
+
+    /// The same by other names for the two.
+    pub fn differences_between(&self, here: &Facts, [self_name, here_name]: [&str; 2]) -> Vec<String> {
         let [theirs, ours] = [self, here].map(Facts::by_name);
         let gone = self.0.iter().filter(|(name, _)| !ours.contains_key(name.as_str()));
         let names = here.0.iter().chain(gone).map(|(name, _)| name.as_str());
@@ -46,7 +51,7 @@ impl Facts {
             .map(|name| (name, theirs.get(name), ours.get(name)))
             .filter(|(_, theirs, ours)| theirs != ours)
             .map(|(name, theirs, ours)| {
-                format!("{name}: the checkpoint has {}, this render {}", told(theirs), told(ours))
+                format!("{name}: {self_name} has {}, {here_name} {}", told(theirs), told(ours))
             })
             .collect();
         if differences.len() > TOLD {

@@ -1,5 +1,7 @@
+use serde::{Deserialize, Serialize};
+
 /// What an attribute of a picture file holds.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Value {
     /// UTF-8 text.
     Text(String),
@@ -19,7 +21,7 @@ pub enum Value {
 /// let metadata = metadata.with("caustica:passes", Value::Integer(2));
 /// assert_eq!(metadata.entries(), [("caustica:passes".to_string(), Value::Integer(2))]);
 /// ```
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Metadata {
     entries: Vec<(String, Value)>,
     world_to_camera: Option<[f32; 16]>,
@@ -50,6 +52,11 @@ impl Metadata {
     /// See [`Metadata::with_world_to_camera`].
     pub fn world_to_camera(&self) -> Option<[f32; 16]> {
         self.world_to_camera
+    }
+
+    /// The value of a name.
+    pub fn value(&self, name: &str) -> Option<&Value> {
+        self.entries.iter().find(|entry| entry.0 == name).map(|entry| &entry.1)
     }
 
     /// Names and values in order; no name comes twice.

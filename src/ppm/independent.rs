@@ -46,9 +46,18 @@ impl<'s> IndependentPasses<'s> {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn new(scene: &'s Scene, settings: Settings) -> Result<IndependentPasses<'s>, DependentPasses> {
-        check(&settings)?;
+        IndependentPasses::check(&settings)?;
         let settings = Settings { error_estimates: ErrorEstimates::None, ..settings };
         Ok(IndependentPasses { render: Render::new(scene, settings) })
+    }
+
+    /// Whether passes by these settings are independent.
+    ///
+    /// # Errors
+    /// As for [`IndependentPasses::new`].
+    pub fn check(settings: &Settings) -> Result<(), DependentPasses> {
+        let Settings { policy, alpha, .. } = *settings;
+        policy.radius_of_pass(1.0, alpha, 0).map(drop).ok_or(DependentPasses { policy })
     }
 
     /// The picture of pass `k`, from 0, and what it did.
@@ -64,11 +73,6 @@ impl<'s> IndependentPasses<'s> {
     pub fn render(&self) -> &Render<'s> {
         &self.render
     }
-}
-
-fn check(settings: &Settings) -> Result<(), DependentPasses> {
-    let Settings { policy, alpha, .. } = *settings;
-    policy.radius_of_pass(1.0, alpha, 0).map(drop).ok_or(DependentPasses { policy })
 }
 
 impl Render<'_> {
