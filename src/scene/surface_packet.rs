@@ -57,7 +57,7 @@ impl Scene {
                 Gist::Lambertian(albedo) => (albedo, true),
                 Gist::Uniform(share) => (share, false),
                 Gist::Rough => (Rgb::ZERO, false),
-                Gist::Varying => self.diffuse_share(&rays.ray(lane), &surface),
+                Gist::Varying => self.diffuse_share(&rays.ray(lane), surface),
             };
             surfaces.set(lane, &surface, albedo);
             found |= 1 << lane;
@@ -67,8 +67,9 @@ impl Scene {
     }
 
     /// The diffuse share of what is not the same everywhere, and whether it is Lambertian.
+    // The surface by value: a reference would keep that of every lane in memory.
     #[inline(never)]
-    fn diffuse_share(&self, ray: &Ray, surface: &Geometry) -> (Rgb, bool) {
+    fn diffuse_share(&self, ray: &Ray, surface: Geometry) -> (Rgb, bool) {
         let material = &self.materials[surface.material as usize];
         material.look(
             || surface.texture_coordinates(),
