@@ -41,6 +41,7 @@ pub mod denoise;
 pub mod doctor;
 pub mod effects;
 pub mod embree;
+pub mod farm;
 pub mod film;
 pub mod input;
 pub mod light;

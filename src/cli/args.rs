@@ -11,7 +11,9 @@ mod man;
 mod reference;
 mod render;
 mod run;
+mod status;
 mod study;
+mod submit;
 mod surface;
 mod values;
 
@@ -28,7 +30,9 @@ pub use man::ManArgs;
 pub use reference::ReferenceArgs;
 pub use render::RenderArgs;
 pub use run::{AccessArgs, DisplayArgs, RunArgs, Traversal};
+pub use status::StatusArgs;
 pub use study::StudyArgs;
+pub use submit::SubmitArgs;
 pub use surface::SurfaceArgs;
 
 /// Progressive photon mapping on Embree 4: caustics from small lights, in mirrors, through glass, under water.
@@ -75,6 +79,10 @@ pub enum Command {
     Bench(BenchArgs),
     /// Measure what accuracy costs: error against seconds, for settings and methods in turn
     Study(StudyArgs),
+    /// Spread the passes of a picture over machines: write the work of each, and submit it to Slurm
+    Submit(SubmitArgs),
+    /// Say how far what was submitted is
+    Status(StatusArgs),
     /// Print the completions of a shell
     Completions(CompletionsArgs),
     /// Write manual pages

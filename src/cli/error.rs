@@ -9,6 +9,7 @@ use crate::checkpoint::CheckpointError;
 use crate::compare::CompareError;
 use crate::doctor::StabilityError;
 use crate::embree::EmbreeError;
+use crate::farm::FarmError;
 use crate::output::OutputError;
 use crate::regression::PairsError;
 use crate::scene::{SaveError, SceneError, TraversalError};
@@ -84,6 +85,14 @@ pub enum CliError {
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
     #[error(transparent)]
+    Farm(#[from] FarmError),
+    #[error("`caustica render` would refuse what stands behind `--`: {message}")]
+    RenderFlags { message: String },
+    #[error("--sbatch {flags}: a quote is not closed; write it as a shell would read it")]
+    Quotes { flags: String },
+    #[error("cannot find out where the program is and what paths mean: {source}")]
+    Program { source: std::io::Error },
+    #[error(transparent)]
     Stability(#[from] StabilityError),
     #[error(transparent)]
     Bench(#[from] BenchError),
@@ -120,6 +129,9 @@ impl CliError {
             | CliError::CheckpointExists { .. }
             | CliError::OtherPicture { .. }
             | CliError::Checkpoint(_)
+            | CliError::RenderFlags { .. }
+            | CliError::Quotes { .. }
+            | CliError::Farm(_)
             | CliError::Memory { .. }
             | CliError::Bench(BenchError::TooFewHitPoints { .. } | BenchError::NoPhotons { .. })
             | CliError::Study(
@@ -131,6 +143,7 @@ impl CliError {
             CliError::Denoise(_) => 1,
             CliError::Write(_)
             | CliError::Thumbnail { .. }
+            | CliError::Program { .. }
             | CliError::StandardOutput { .. }
             | CliError::Statistics { .. }
             | CliError::Stability(StabilityError::Threads { .. })

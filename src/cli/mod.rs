@@ -16,6 +16,7 @@ mod doctor;
 mod error;
 mod error_watch;
 mod explain;
+mod farm;
 mod info;
 mod interrupt;
 mod json_lines;
@@ -66,6 +67,8 @@ fn dispatch(command: Command) -> Result<Outcome, CliError> {
         Command::Surface(args) => surface::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Study(args) => study::run(&args),
+        Command::Submit(args) => farm::submit(&args),
+        Command::Status(args) => farm::status(&args),
         Command::Completions(args) => shell::completions(&args),
         Command::Man(args) => shell::man(&args),
     }

@@ -86,6 +86,16 @@ pub(super) fn read(path: &Path) -> Result<Vec<u8>, ShardError> {
     read_file(path, MEMORY_A_BYTE).map_err(|source| ShardError::Read { path: path.into(), source })
 }
 
+/// Which passes the shard in a file has.
+///
+/// # Errors
+/// If it cannot be read or is not whole.
+pub fn passes_of(path: &Path) -> Result<Passes, ShardError> {
+    let bytes = read(path)?;
+    let content = parse(&bytes).map_err(|reason| ShardError::Unusable { path: path.into(), reason })?;
+    Ok(content.passes.into_owned())
+}
+
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;

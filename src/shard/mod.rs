@@ -19,6 +19,7 @@ mod passes;
 mod sums;
 
 pub use error::ShardError;
+pub use file::passes_of;
 pub use identity::Identity;
 pub use merge::Merge;
 pub use passes::{PassRange, Passes};
