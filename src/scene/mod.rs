@@ -31,7 +31,7 @@ pub use desc::{
 };
 pub use direct::DirectLight;
 pub use error::SceneError;
-pub use load::{Access, Limits, MeshMemory, load, load_with};
+pub use load::{Access, FilesRead, Limits, MeshMemory, load, load_with};
 pub use media::Media;
 pub use mesh::{Mesh, least_altitude};
 pub use places::{Item, Places};

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::super::SceneError;
+use super::files_read::FilesRead;
 use super::mesh_memory::MeshMemory;
 use super::source::file_error;
 use crate::input;
@@ -20,6 +21,7 @@ pub struct Access {
     definitions: BTreeMap<String, String>,
     lenient: bool,
     memory: Option<Arc<MeshMemory>>,
+    record: Option<FilesRead>,
 }
 
 #[derive(Clone, Debug)]
@@ -82,7 +84,7 @@ impl Limits {
 
 impl Access {
     fn new(files: Files, limits: Limits) -> Access {
-        Access { files, limits, definitions: BTreeMap::new(), lenient: false, memory: None }
+        Access { files, limits, definitions: BTreeMap::new(), lenient: false, memory: None, record: None }
     }
 
     /// Every file that the user may read, wherever a scene says; asking for as much as the format allows.
@@ -124,6 +126,12 @@ impl Access {
     #[must_use]
     pub fn remembering(self, memory: Arc<MeshMemory>) -> Access {
         Access { memory: Some(memory), ..self }
+    }
+
+    /// The same, noting there which files are looked for, and what is in them.
+    #[must_use]
+    pub fn recording(self, record: &FilesRead) -> Access {
+        Access { record: Some(record.clone()), ..self }
     }
 }
 
@@ -189,14 +197,30 @@ impl<'a> Reader<'a> {
     }
 
     pub fn is_file(&self, path: &Path) -> bool {
-        match &self.access.files {
+        let is_there = match &self.access.files {
             Files::Given(files) => files.contains_key(path),
             Files::Any | Files::InFolder => path.is_file(),
+        };
+        if !is_there {
+            self.note(path, None);
+        }
+        is_there
+    }
+
+    fn note(&self, path: &Path, bytes: Option<&[u8]>) {
+        if let Some(record) = &self.access.record {
+            record.note(path, bytes);
         }
     }
 
     /// The bytes of a file; `kind` says what is expected there.
     pub fn read(&self, path: &Path, kind: &str) -> Result<Vec<u8>, Denial> {
+        let bytes = self.read_unnoted(path, kind);
+        self.note(path, bytes.as_deref().ok());
+        bytes
+    }
+
+    fn read_unnoted(&self, path: &Path, kind: &str) -> Result<Vec<u8>, Denial> {
         let unreadable = |e: io::Error| match e.kind() {
             io::ErrorKind::IsADirectory => Denial::Unreadable(format!("is a folder; {kind} is expected")),
             _ => Denial::Unreadable(format!("cannot be read: {e}; {kind} is expected")),
