@@ -1,5 +1,6 @@
 //! The command line's arguments, one file a command.
 
+mod batch;
 mod bench;
 mod compare;
 mod completions;
@@ -16,9 +17,11 @@ mod study;
 mod submit;
 mod surface;
 mod values;
+mod worker;
 
 use clap::{Parser, Subcommand};
 
+pub use batch::{AtOnce, BatchArgs, BatchCommand, ReportArgs, RunBatchArgs, ShareArgs, StatusArgs};
 pub use bench::BenchArgs;
 pub use compare::CompareArgs;
 pub use completions::CompletionsArgs;
@@ -34,6 +37,7 @@ pub use status::StatusArgs;
 pub use study::StudyArgs;
 pub use submit::SubmitArgs;
 pub use surface::SurfaceArgs;
+pub use worker::WorkerArgs;
 
 /// Progressive photon mapping on Embree 4: caustics from small lights, in mirrors, through glass, under water.
 #[derive(Debug, Parser)]
@@ -51,10 +55,11 @@ Examples:
   caustica reference data/course_diffuse.toml --spp 256 -o out/reference.exr
   caustica compare out/course_diffuse.exr out/reference.exr --fail-above relmse=0.01
   caustica study data/course_water.toml --make-reference
+  caustica batch data/*.toml --passes 64 -o out/batch
   caustica convert data/cornell_b.toml out/cornell_b.xml
 
-Exit codes: 0 done; 1 a comparison exceeded its bound, the doctor found faults, or a file could not be
-written; 2 wrong input or arguments, nothing was written; 130 interrupted, the picture so far was written;
+Exit codes: 0 done; 1 a comparison exceeded its bound, the doctor found faults, jobs of a batch failed, or a
+file could not be written; 2 wrong input or arguments, nothing was written; 130 interrupted, the picture so far was written;
 141 standard output was closed.";
 
 #[derive(Debug, Subcommand)]
@@ -83,6 +88,11 @@ pub enum Command {
     Submit(SubmitArgs),
     /// Say how far what was submitted is
     Status(StatusArgs),
+    /// Render many scenes: a process for each, and a ledger of what became of them
+    Batch(BatchArgs),
+    /// Render what is told on standard input; for `caustica batch` alone
+    #[command(hide = true)]
+    Worker(WorkerArgs),
     /// Print the completions of a shell
     Completions(CompletionsArgs),
     /// Write manual pages

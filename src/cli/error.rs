@@ -4,6 +4,7 @@ use std::process::ExitCode;
 
 use thiserror::Error;
 
+use crate::batch::BatchError;
 use crate::bench::BenchError;
 use crate::checkpoint::CheckpointError;
 use crate::compare::CompareError;
@@ -22,6 +23,8 @@ pub enum Outcome {
     BoundExceeded,
     /// What was examined has faults.
     Unsound,
+    /// Some jobs of a batch have no picture.
+    SomeFailed,
     /// What was to be examined cannot be read.
     NotLoaded,
     Interrupted,
@@ -31,7 +34,7 @@ impl Outcome {
     pub fn exit_code(self) -> ExitCode {
         ExitCode::from(match self {
             Outcome::Done => 0,
-            Outcome::BoundExceeded | Outcome::Unsound => 1,
+            Outcome::BoundExceeded | Outcome::Unsound | Outcome::SomeFailed => 1,
             Outcome::NotLoaded => 2,
             Outcome::Interrupted => 130,
         })
@@ -98,6 +101,12 @@ pub enum CliError {
     Bench(#[from] BenchError),
     #[error(transparent)]
     Study(#[from] StudyError),
+    #[error(transparent)]
+    Batch(#[from] BatchError),
+    #[error(
+        "cannot limit the memory to {limit}: {source}; ask for less than the limit that the process has (`ulimit -d`)"
+    )]
+    MemoryLimit { limit: String, source: std::io::Error },
     #[cfg(feature = "oidn")]
     #[error(transparent)]
     Denoise(#[from] crate::denoise::DenoiseError),
@@ -133,10 +142,18 @@ impl CliError {
             | CliError::Quotes { .. }
             | CliError::Farm(_)
             | CliError::Memory { .. }
+            | CliError::MemoryLimit { .. }
             | CliError::Bench(BenchError::TooFewHitPoints { .. } | BenchError::NoPhotons { .. })
             | CliError::Study(
                 StudyError::Compare(_) | StudyError::Line { .. } | StudyError::NotFinite { .. },
             ) => 2,
+            CliError::Batch(error) => match error {
+                BatchError::Ledger { .. }
+                | BatchError::File { .. }
+                | BatchError::Start { .. }
+                | BatchError::Output(_) => 1,
+                _ => 2,
+            },
             // As if SIGPIPE had ended the process.
             CliError::StandardOutput { source } if source.kind() == ErrorKind::BrokenPipe => 141,
             #[cfg(feature = "oidn")]

@@ -82,6 +82,11 @@ impl ErrorWatch {
         }
     }
 
+    /// What was found at the last look.
+    pub fn latest(&self) -> Option<PictureError> {
+        self.latest.map(|latest| latest.picture)
+    }
+
     /// Whether the upper end of the error is down to the target.
     pub fn is_met(&self) -> bool {
         self.target.zip(self.latest).is_some_and(|(target, latest)| latest.picture.upper <= target)

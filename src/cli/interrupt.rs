@@ -24,6 +24,11 @@ impl Interrupt {
         Interrupt(asked)
     }
 
+    /// As a signal does.
+    pub fn ask(&self) {
+        self.0.store(true, Ordering::SeqCst);
+    }
+
     pub fn is_asked(&self) -> bool {
         self.0.load(Ordering::SeqCst)
     }

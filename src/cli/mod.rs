@@ -4,6 +4,7 @@
 mod console;
 
 mod args;
+mod batch;
 mod bench;
 mod checkpoints;
 mod circumstances;
@@ -31,6 +32,7 @@ mod shell;
 mod study;
 mod surface;
 mod variables;
+mod worker;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -42,8 +44,8 @@ use crate::scene::{Access, SceneDesc, load_with};
 
 /// Runs the command that the process was started with.
 ///
-/// Exit codes: 0 done; 1 a comparison exceeded its bound, a scene or the program is not sound, or a file could not be
-/// written; 2 the input or the arguments are wrong, nothing was written; 130 interrupted, the picture so far was written;
+/// Exit codes: 0 done; 1 a comparison exceeded its bound, a scene or the program is not sound, jobs of a batch failed, or a file
+/// could not be written; 2 the input or the arguments are wrong, nothing was written; 130 interrupted, the picture so far was written;
 /// 141 whoever read standard output has closed it.
 pub fn run() -> ExitCode {
     match dispatch(variables::parse().command) {
@@ -69,6 +71,8 @@ fn dispatch(command: Command) -> Result<Outcome, CliError> {
         Command::Study(args) => study::run(&args),
         Command::Submit(args) => farm::submit(&args),
         Command::Status(args) => farm::status(&args),
+        Command::Batch(args) => batch::run(&args),
+        Command::Worker(args) => worker::run(&args),
         Command::Completions(args) => shell::completions(&args),
         Command::Man(args) => shell::man(&args),
     }

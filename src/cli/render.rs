@@ -9,42 +9,98 @@ use super::progress::{Budget, Progress};
 use super::{load, memory, use_threads};
 use crate::checkpoint::Checkpoint;
 use crate::effects::{EyePaths, Unseen};
-use crate::ppm::{ErrorEstimates, Kinds, Planning, Render, Settings};
-use crate::scene::{Scene, SceneDesc};
+use crate::ppm::{ErrorEstimates, Kinds, PictureError, Planning, Render, Settings};
+use crate::scene::{Access, Scene, SceneDesc};
 
 /// Renders a scene by photon mapping: passes until the budget is spent or the target reached, then the picture.
 pub fn run(args: &RenderArgs) -> Result<Outcome, CliError> {
     let threads = use_threads(args.run.threads)?;
-    let mut desc = load(&args.scene, &args.run.access)?;
-    desc.film = args.run.size.map_or(desc.film, |size| desc.film.resized(size));
-    let settings = settings(args, &desc);
-    check_target(args, &settings)?;
-    memory::check_render(&desc.film, &settings)?;
-    let mut checkpoints = Checkpoints::open(args, &desc, &settings)?;
-    let resumed = match &mut checkpoints {
-        Some(checkpoints) if args.resume => checkpoints.load()?,
-        _ => None,
-    };
-    let passes_before = resumed.as_ref().map(|checkpoint| checkpoint.render.passes());
-    let outputs = Outputs::check(args, &desc, threads, passes_before)?;
-    let budget = budget(args, &desc);
-    let live = Live::start(&args.run, &desc.name);
-    let scene = Scene::with_traversal(desc, args.run.traversal.into())?;
+    let prepared = Prepared::new(args, Access::from(&args.run.access), threads)?;
     let interrupt = Interrupt::listen();
-    let progress = Progress::start("pass", budget);
-    let render = Render::new(&scene, settings);
-    announce(args, &render);
-    let errors = ErrorWatch::new(args.target_error, args.confidence, &settings);
-    let unseen = Unseen::default();
-    let mut session = Session { render, errors, unseen, progress, outputs, checkpoints, live };
-    if let Some(checkpoint) = resumed {
-        session.resume(checkpoint)?;
-    }
-    // Whatever ended the passes, what they brought is written.
-    let ended = session.render_until(&interrupt);
-    let finished = session.finish();
-    first_error([ended, finished])?;
+    prepared.render(&interrupt, Leaving::Both, &mut |_| ())?;
     Ok(if interrupt.is_asked() { Outcome::Interrupted } else { Outcome::Done })
+}
+
+/// What a render leaves behind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Leaving {
+    /// The picture, and the checkpoint where one is kept, whether it is interrupted or not.
+    Both,
+    /// The picture; or the checkpoint alone, if it is interrupted.
+    Either,
+}
+
+/// What came of a render.
+#[derive(Clone, Copy, Debug)]
+pub struct Rendered {
+    pub passes: u32,
+    pub seconds: f64,
+    pub error: Option<PictureError>,
+}
+
+/// A render whose scene is there, and whose outputs are found to be writable.
+pub struct Prepared<'a> {
+    args: &'a RenderArgs,
+    settings: Settings,
+    pub budget: Budget,
+    scene: Scene,
+    outputs: Outputs,
+    checkpoints: Option<Checkpoints>,
+    resumed: Option<Checkpoint<'static>>,
+    live: Live,
+}
+
+impl<'a> Prepared<'a> {
+    pub fn new(args: &'a RenderArgs, access: Access, threads: usize) -> Result<Prepared<'a>, CliError> {
+        let mut desc = load(&args.scene, access)?;
+        desc.film = args.run.size.map_or(desc.film, |size| desc.film.resized(size));
+        let settings = settings(args, &desc);
+        check_target(args, &settings)?;
+        memory::check_render(&desc.film, &settings)?;
+        let mut checkpoints = Checkpoints::open(args, &desc, &settings)?;
+        let resumed = match &mut checkpoints {
+            Some(checkpoints) if args.resume => checkpoints.load()?,
+            _ => None,
+        };
+        let passes_before = resumed.as_ref().map(|checkpoint| checkpoint.render.passes());
+        let outputs = Outputs::check(args, &desc, threads, passes_before)?;
+        let budget = budget(args, &desc);
+        let live = Live::start(&args.run, &desc.name);
+        let scene = Scene::with_traversal(desc, args.run.traversal.into())?;
+        Ok(Prepared { args, settings, budget, scene, outputs, checkpoints, resumed, live })
+    }
+
+    pub fn photons(&self) -> u64 {
+        self.settings.photons
+    }
+
+    /// Tells `watch` the number of passes after each.
+    pub fn render(
+        self,
+        interrupt: &Interrupt,
+        leaving: Leaving,
+        watch: &mut dyn FnMut(u32),
+    ) -> Result<Rendered, CliError> {
+        let Prepared { args, settings, budget, scene, outputs, checkpoints, resumed, live } = self;
+        let progress = Progress::start("pass", budget);
+        let render = Render::new(&scene, settings);
+        announce(args, &render);
+        let errors = ErrorWatch::new(args.target_error, args.confidence, &settings);
+        let unseen = Unseen::default();
+        let mut session = Session { render, errors, unseen, progress, outputs, checkpoints, live };
+        if let Some(checkpoint) = resumed {
+            session.resume(checkpoint)?;
+        }
+        // Whatever ended the passes, what they brought is kept.
+        let ended = session.render_until(interrupt, watch);
+        let (keeps, writes) = match leaving {
+            Leaving::Both => (true, true),
+            Leaving::Either => (interrupt.is_asked(), !interrupt.is_asked()),
+        };
+        let finished = session.finish(keeps, writes);
+        first_error([ended, finished])?;
+        Ok(session.rendered())
+    }
 }
 
 /// A render under way, and all that follows it.
@@ -66,10 +122,11 @@ impl Session<'_> {
         checkpoints.restore(&mut self.render, checkpoint)
     }
 
-    fn render_until(&mut self, interrupt: &Interrupt) -> Result<(), CliError> {
+    fn render_until(&mut self, interrupt: &Interrupt, watch: &mut dyn FnMut(u32)) -> Result<(), CliError> {
         self.live.follow(|| self.render.picture());
         while !self.is_over(interrupt) {
             self.pass()?;
+            watch(self.render.passes());
             if self.checkpoints.as_ref().is_some_and(Checkpoints::is_due) && !self.is_over(interrupt) {
                 self.checkpoint_if_possible();
             }
@@ -114,15 +171,21 @@ impl Session<'_> {
         Ok(checkpoints.save(&self.render, &self.errors, self.progress.seconds())?)
     }
 
-    fn finish(&mut self) -> Result<(), CliError> {
+    fn finish(&mut self, keeps: bool, writes: bool) -> Result<(), CliError> {
         self.progress.finish();
-        let kept = self.checkpoint();
-        let written = self.outputs.write(&self.render, self.progress.seconds());
+        let kept = if keeps { self.checkpoint() } else { Ok(()) };
+        let seconds = self.progress.seconds();
+        let written = if writes { self.outputs.write(&self.render, seconds) } else { Ok(()) };
         if let Some(summary) = self.errors.summary() {
             note!("{summary}");
         }
         self.live.finish(|| self.render.picture());
         first_error([kept, written])
+    }
+
+    fn rendered(&self) -> Rendered {
+        let (passes, seconds) = (self.render.passes(), self.progress.seconds());
+        Rendered { passes, seconds, error: self.errors.latest() }
     }
 }
 

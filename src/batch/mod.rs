@@ -1,0 +1,41 @@
+//! Many pictures in one go: a list of jobs, a process for each, and a ledger of what became of them.
+//!
+//! [`jobs`] reads lists and sweeps, [`Ledger`] remembers what is done, [`run`] has processes render the rest, each by the
+//! [`Order`]s of this process, and [`page()`] shows it all.
+
+mod bytes;
+mod change;
+mod draft;
+mod error;
+mod forecast;
+mod hashes;
+mod job;
+mod job_list;
+mod ledger;
+mod lock;
+mod page;
+mod process;
+mod protocol;
+mod rows;
+mod runner;
+mod schedule;
+mod schema;
+mod sweep;
+mod value;
+mod vocabulary;
+
+pub use bytes::parse_bytes;
+pub use change::{Change, Done, FileHash, Verdict};
+pub use error::BatchError;
+pub use hashes::{Hashes, hash_file};
+pub use job::{Job, Settings};
+pub use job_list::{BUDGET, Options, jobs};
+pub use ledger::{LEDGER, Ledger};
+pub use lock::Lock;
+pub use page::page;
+pub use protocol::{Order, Reply};
+pub use rows::{Attempt, Row, State};
+pub use runner::{Crew, Standing, Watch, run};
+pub use schedule::{Layout, Rate, Schedule};
+pub use sweep::{Axis, products, suffix};
+pub use vocabulary::{Kind, Vocabulary};

@@ -1,0 +1,451 @@
+//! Who renders what, when: a process a job, the next one's scene loading while others render.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
+use std::time::Duration;
+
+use serde::Serialize;
+
+use super::forecast::{Left, Spent};
+use super::process::{End, Heard, Process, Start};
+use super::{
+    BatchError, Change, FileHash, Hashes, Job, Layout, Ledger, Order, Reply, Row, Schedule, State, Verdict,
+};
+
+/// What a batch runs with.
+#[derive(Clone, Debug)]
+pub struct Crew {
+    /// The program that makes pictures: this one.
+    pub program: PathBuf,
+    /// What tells it from others, for the ledger.
+    pub version: String,
+    /// Where pictures go: an absolute path.
+    pub folder: PathBuf,
+}
+
+/// Follows a batch, and may end it.
+pub trait Watch {
+    /// Whether to stop: what is being rendered finishes its pass and keeps a checkpoint.
+    fn is_over(&self) -> bool;
+    /// A job took a step.
+    fn step(&mut self, change: &Change);
+    /// How threads are shared out was found by trial.
+    fn layout(&mut self, layout: Layout, measured: &str);
+    /// How the whole batch stands; comes several times a second.
+    fn standing(&mut self, standing: &Standing);
+}
+
+/// How a batch stands: numbers of jobs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Standing {
+    /// All.
+    pub jobs: usize,
+    /// Done before, and still as they were.
+    pub unchanged: usize,
+    /// Done now.
+    pub done: usize,
+    /// Without a picture.
+    pub failed: usize,
+    /// Whose scene is being loaded, or has been.
+    pub loading: usize,
+    /// Being rendered.
+    pub rendering: usize,
+    /// Until the last is done; `None` before the first is.
+    pub seconds_left: Option<f64>,
+}
+
+impl Standing {
+    /// Jobs that still have to be begun, or begun again.
+    pub fn waiting(&self) -> usize {
+        self.jobs - self.unchanged - self.done - self.failed - self.loading - self.rendering
+    }
+}
+
+/// Renders the jobs of a list that are not done, or of which anything has changed since.
+///
+/// # Errors
+/// When the ledger cannot be written, or no process can be started. Whatever is under way ends with it.
+pub fn run(
+    crew: &Crew,
+    ledger: &mut Ledger,
+    schedule: impl FnOnce(usize) -> Schedule,
+    watch: &mut dyn Watch,
+) -> Result<Standing, BatchError> {
+    ledger.close_lost()?;
+    let rows: Vec<Row> = ledger.rows()?.into_iter().filter(|row| row.is_listed).collect();
+    let (jobs, mut hashes, mut tasks) = (rows.len(), Hashes::default(), Vec::new());
+    for row in rows {
+        if !is_current(crew, ledger, &row, &mut hashes)? {
+            tasks.push(Task::of(row));
+        }
+    }
+    let batch = ledger.begin(&crew.version)?;
+    let standing = Standing { jobs, unchanged: jobs - tasks.len(), ..Standing::default() };
+    let mut runner = Runner::new(crew, ledger, watch, schedule(tasks.len()), tasks, standing);
+    runner.batch = batch;
+    runner.run()?;
+    let standing = runner.standing;
+    let outcome = match (standing.waiting(), standing.failed) {
+        (0, 0) => "done",
+        (0, _) => "some jobs failed",
+        _ => "stopped",
+    };
+    ledger.end(batch, outcome)?;
+    Ok(standing)
+}
+
+/// Whether its picture is what the job would come to now.
+fn is_current(crew: &Crew, ledger: &Ledger, row: &Row, hashes: &mut Hashes) -> Result<bool, BatchError> {
+    if row.state != State::Done || row.program.as_ref() != Some(&crew.version) {
+        return Ok(false);
+    }
+    let (inputs, outputs) = (ledger.inputs(&row.job.name)?, ledger.outputs(&row.job.name)?);
+    let is_known = !inputs.is_empty() && !outputs.is_empty();
+    Ok(is_known && hashes.hold(Path::new(""), &inputs) && hashes.hold(&crew.folder, &outputs))
+}
+
+/// Whether the process of one job may take on another: never, each has its own.
+fn may_follow(_previous: &Job, _next: &Job) -> bool {
+    false
+}
+
+/// A job that is to be done.
+#[derive(Debug)]
+struct Task {
+    job: Job,
+    started_in: PathBuf,
+    deaths: u32,
+    photons_a_pass: Option<f64>,
+    passes: Option<u32>,
+    passes_done: u32,
+    is_over: bool,
+}
+
+impl Task {
+    fn of(row: Row) -> Task {
+        Task {
+            job: row.job,
+            started_in: row.started_in,
+            deaths: 0,
+            photons_a_pass: None,
+            passes: None,
+            passes_done: 0,
+            is_over: false,
+        }
+    }
+
+    fn left(&self) -> Left {
+        let passes = self.passes.map(f64::from);
+        Left {
+            photons: self.photons_a_pass.zip(passes).map(|(photons, passes)| photons * passes),
+            share: passes
+                .filter(|passes| *passes > 0.0)
+                .map_or(0.0, |passes| f64::from(self.passes_done) / passes),
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Phase {
+    Loading,
+    Ready,
+    Rendering,
+    /// What came of its job is known.
+    Over,
+}
+
+/// A process and its job.
+#[derive(Debug)]
+struct Hand {
+    task: usize,
+    process: Process,
+    phase: Phase,
+    round: usize,
+}
+
+struct Runner<'a> {
+    crew: &'a Crew,
+    ledger: &'a mut Ledger,
+    watch: &'a mut dyn Watch,
+    schedule: Schedule,
+    batch: i64,
+    tasks: Vec<Task>,
+    /// Those that are to be begun, the next one in front.
+    queue: VecDeque<usize>,
+    hands: BTreeMap<usize, Hand>,
+    hired: usize,
+    heard: (Sender<(usize, Heard)>, Receiver<(usize, Heard)>),
+    /// What the ledger is yet to be told.
+    changes: Vec<Change>,
+    spent: Spent,
+    standing: Standing,
+    is_stopping: bool,
+}
+
+/// How often to look whether the batch is to stop.
+const TICK: Duration = Duration::from_millis(200);
+
+impl<'a> Runner<'a> {
+    fn new(
+        crew: &'a Crew,
+        ledger: &'a mut Ledger,
+        watch: &'a mut dyn Watch,
+        schedule: Schedule,
+        tasks: Vec<Task>,
+        standing: Standing,
+    ) -> Runner<'a> {
+        let mut order: Vec<usize> = (0..tasks.len()).collect();
+        order.sort_by_key(|&task| std::cmp::Reverse(tasks[task].job.priority));
+        Runner {
+            crew,
+            ledger,
+            watch,
+            schedule,
+            batch: 0,
+            tasks,
+            queue: order.into(),
+            hands: BTreeMap::new(),
+            hired: 0,
+            heard: mpsc::channel(),
+            changes: Vec::new(),
+            spent: Spent::default(),
+            standing,
+            is_stopping: false,
+        }
+    }
+
+    fn run(&mut self) -> Result<(), BatchError> {
+        loop {
+            if self.watch.is_over() && !self.is_stopping {
+                self.stop();
+            }
+            self.turn_over()?;
+            self.hire()?;
+            self.set_going();
+            self.tell()?;
+            if self.hands.is_empty() && (self.queue.is_empty() || self.is_stopping) {
+                return Ok(());
+            }
+            self.listen();
+        }
+    }
+
+    /// Goes on to the next layout when the jobs of one have been tried.
+    fn turn_over(&mut self) -> Result<(), BatchError> {
+        let round = self.schedule.round();
+        let is_busy = self.hands.values().any(|hand| hand.round == round && hand.phase != Phase::Over);
+        if !is_busy && let Some(layout) = self.schedule.round_is_over() {
+            let measured = self.schedule.told();
+            self.ledger.set_layout(self.batch, layout, &measured)?;
+            self.watch.layout(layout, &measured);
+        }
+        Ok(())
+    }
+
+    /// As many scenes are loaded ahead as jobs render at once.
+    fn hire(&mut self) -> Result<(), BatchError> {
+        while !self.is_stopping && !self.queue.is_empty() {
+            let ahead = self.count(Phase::Loading) + self.count(Phase::Ready);
+            let idle = self.schedule.layout().jobs.saturating_sub(self.count(Phase::Rendering));
+            if ahead >= idle + self.schedule.layout().jobs {
+                break;
+            }
+            let Some((round, threads)) = self.schedule.next() else { break };
+            let Some(task) = self.queue.pop_front() else { break };
+            self.start(task, round, threads)?;
+        }
+        Ok(())
+    }
+
+    fn start(&mut self, task: usize, round: usize, threads: usize) -> Result<(), BatchError> {
+        let Task { job, started_in, .. } = &self.tasks[task];
+        let start = Start {
+            program: &self.crew.program,
+            folder: started_in.clone(),
+            threads,
+            memory_limit: job.memory_limit,
+        };
+        let mut process = Process::start(&start, self.hired, &self.heard.0)?;
+        process.order(&self.prepare(job));
+        let (job, id) = (job.name.clone(), process.id);
+        self.changes.push(Change::Began { job, process: id, threads });
+        self.hands.insert(self.hired, Hand { task, process, phase: Phase::Loading, round });
+        self.hired += 1;
+        Ok(())
+    }
+
+    /// Equal pictures are equal files, so that it does not matter which attempt made one.
+    fn prepare(&self, job: &Job) -> Order {
+        let checkpoint = self.crew.folder.join("checkpoints").join(format!("{}.checkpoint", job.name));
+        let flag = |flag: &str, path: &Path| format!("--{flag}={}", path.display());
+        let mut arguments = job.arguments();
+        arguments.extend(["--reproducible".to_owned(), "--resume".to_owned()]);
+        arguments.extend([flag("output", &job.picture(&self.crew.folder)), flag("checkpoint", &checkpoint)]);
+        Order::Prepare { arguments }
+    }
+
+    /// The first that are ready, as many as there is room for.
+    fn set_going(&mut self) {
+        let round = self.schedule.round();
+        let mut idle = self.schedule.layout().jobs.saturating_sub(self.count(Phase::Rendering));
+        let is_ready = |hand: &&mut Hand| hand.phase == Phase::Ready && hand.round == round;
+        for hand in self.hands.values_mut().filter(is_ready) {
+            if idle == 0 || self.is_stopping {
+                break;
+            }
+            hand.phase = Phase::Rendering;
+            hand.process.order(&Order::Go);
+            idle -= 1;
+        }
+    }
+
+    fn count(&self, phase: Phase) -> usize {
+        self.hands.values().filter(|hand| hand.phase == phase).count()
+    }
+
+    fn listen(&mut self) {
+        let mut next = match self.heard.1.recv_timeout(TICK) {
+            Ok(heard) => Some(heard),
+            Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => None,
+        };
+        while let Some((number, heard)) = next {
+            match heard {
+                Heard::Reply(reply) => self.reply(number, reply),
+                Heard::Ended(end) => self.ended(number, &end),
+            }
+            next = self.heard.1.try_recv().ok();
+        }
+    }
+
+    fn reply(&mut self, number: usize, reply: Reply) {
+        let Some(hand) = self.hands.get_mut(&number) else { return };
+        let task = &mut self.tasks[hand.task];
+        let job = task.job.name.clone();
+        match reply {
+            Reply::Ready { seconds, photons, passes, inputs } => {
+                (task.photons_a_pass, task.passes) = (Some(photons as f64), passes);
+                hand.phase = Phase::Ready;
+                self.changes.push(Change::Loaded { job, seconds, inputs });
+            }
+            Reply::Pass { passes } => task.passes_done = passes,
+            Reply::Done(mut done) => {
+                let photons = task.photons_a_pass.unwrap_or(0.0) * f64::from(done.passes);
+                self.schedule.is_done(hand.round, photons, done.seconds);
+                self.spent.add(done.seconds, photons);
+                done.outputs.iter_mut().for_each(|output| relative_to(&self.crew.folder, output));
+                self.over(number, Verdict::Done(done), "");
+            }
+            Reply::Stopped if self.is_stopping => self.over(number, Verdict::Stopped, ""),
+            Reply::Stopped => self.died(number, "its process was told to stop by a signal", ""),
+            Reply::Failed { reason, memory, inputs } => {
+                let limit = task.job.memory_limit.filter(|_| memory);
+                let reason = limit.map_or(reason.clone(), |limit| out_of_memory(limit, &reason));
+                if hand.phase == Phase::Loading {
+                    self.changes.push(Change::Loaded { job, seconds: 0.0, inputs });
+                }
+                self.over(number, Verdict::Failed { reason }, "");
+            }
+        }
+    }
+
+    fn ended(&mut self, number: usize, end: &End) {
+        let Some(hand) = self.hands.get(&number) else { return };
+        let limit = self.tasks[hand.task].job.memory_limit;
+        match (hand.phase, limit) {
+            (Phase::Over, _) => {}
+            (Phase::Loading | Phase::Ready, _) if self.is_stopping => self.over(number, Verdict::Stopped, ""),
+            (_, Some(limit)) if end.was_short_of_memory() => {
+                let reason = out_of_memory(limit, &end.reason());
+                self.over(number, Verdict::Failed { reason }, &end.last_words);
+            }
+            _ => self.died(number, &end.reason(), &end.last_words),
+        }
+        self.hands.remove(&number);
+    }
+
+    /// It is begun again, if that is not too often.
+    fn died(&mut self, number: usize, reason: &str, last_words: &str) {
+        let Some(hand) = self.hands.get(&number) else { return };
+        let (index, task) = (hand.task, &mut self.tasks[hand.task]);
+        let again = self.is_stopping || task.deaths < task.job.retries;
+        task.deaths += 1;
+        if again {
+            self.queue.push_front(index);
+        }
+        self.over(number, Verdict::Died { reason: reason.to_owned(), again }, last_words);
+    }
+
+    /// What came of a job is known.
+    fn over(&mut self, number: usize, verdict: Verdict, last_words: &str) {
+        let Some(hand) = self.hands.get_mut(&number) else { return };
+        let task = &mut self.tasks[hand.task];
+        task.is_over = State::after(&verdict) != State::Waiting;
+        match State::after(&verdict) {
+            State::Done => self.standing.done += 1,
+            State::Failed => self.standing.failed += 1,
+            State::Waiting | State::Running => {}
+        }
+        hand.phase = Phase::Over;
+        let is_done = matches!(verdict, Verdict::Done(_));
+        let job = task.job.name.clone();
+        self.changes.push(Change::Ended { job, verdict, last_words: last_words.to_owned() });
+        if !is_done || self.is_stopping || !self.go_on(number) {
+            self.dismiss(number);
+        }
+    }
+
+    fn dismiss(&mut self, number: usize) {
+        if let Some(hand) = self.hands.get_mut(&number) {
+            hand.process.dismiss();
+        }
+    }
+
+    /// Gives a process that has done its job the next one, if that is allowed.
+    fn go_on(&mut self, number: usize) -> bool {
+        let (Some(hand), Some(&next)) = (self.hands.get(&number), self.queue.front()) else { return false };
+        if !may_follow(&self.tasks[hand.task].job, &self.tasks[next].job) {
+            return false;
+        }
+        let order = self.prepare(&self.tasks[next].job);
+        let (job, threads) = (self.tasks[next].job.name.clone(), self.schedule.layout().threads);
+        let Some(hand) = self.hands.get_mut(&number) else { return false };
+        self.queue.pop_front();
+        (hand.task, hand.phase) = (next, Phase::Loading);
+        self.changes.push(Change::Began { job, process: hand.process.id, threads });
+        hand.process.order(&order);
+        true
+    }
+
+    fn stop(&mut self) {
+        self.is_stopping = true;
+        for hand in self.hands.values_mut() {
+            match hand.phase {
+                Phase::Rendering => hand.process.order(&Order::Stop),
+                Phase::Loading | Phase::Ready | Phase::Over => hand.process.dismiss(),
+            }
+        }
+    }
+
+    fn tell(&mut self) -> Result<(), BatchError> {
+        let changes = std::mem::take(&mut self.changes);
+        self.ledger.note(&changes, &self.crew.version)?;
+        changes.iter().for_each(|change| self.watch.step(change));
+        self.standing.loading = self.count(Phase::Loading) + self.count(Phase::Ready);
+        self.standing.rendering = self.count(Phase::Rendering);
+        let left: Vec<Left> = self.tasks.iter().filter(|task| !task.is_over).map(Task::left).collect();
+        self.standing.seconds_left = self.spent.seconds_left(&left, self.schedule.layout().jobs);
+        self.watch.standing(&self.standing);
+        Ok(())
+    }
+}
+
+fn relative_to(folder: &Path, file: &mut FileHash) {
+    if let Ok(relative) = file.path.strip_prefix(folder) {
+        file.path = relative.to_owned();
+    }
+}
+
+fn out_of_memory(limit: u64, reason: &str) -> String {
+    format!("it ran into its memory limit of {}: {reason}", crate::input::size(limit))
+}
