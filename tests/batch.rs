@@ -7,13 +7,11 @@ use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 use assert_cmd::cargo::CommandCargoExt;
 use serde_json::Value;
 use tempfile::TempDir;
-
-mod common;
 
 fn caustica(folder: &Path) -> Command {
     let mut command = Command::cargo_bin("caustica").unwrap();
@@ -76,8 +74,12 @@ fn bytes(folder: &Path, name: &str) -> Vec<u8> {
 /// The end of a summary: `(done now, unchanged, failed, waiting)`.
 fn told(done: &Output) -> String {
     let told = text(&done.stderr);
-    let line = told.lines().find(|line| line.contains(" jobs: ")).unwrap_or_else(|| panic!("no summary: {told}"));
-    line.split(", ").map(|part| part.split(": ").last().unwrap().split(' ').next().unwrap()).collect::<Vec<_>>().join(" ")
+    let line =
+        told.lines().find(|line| line.contains(" jobs: ")).unwrap_or_else(|| panic!("no summary: {told}"));
+    line.split(", ")
+        .map(|part| part.split(": ").last().unwrap().split(' ').next().unwrap())
+        .collect::<Vec<_>>()
+        .join(" ")
 }
 
 #[test]
@@ -87,7 +89,8 @@ fn pictures_are_those_of_render_byte_by_byte() {
     assert_eq!(done.status.code(), Some(0), "{}", text(&done.stderr));
     assert_eq!(told(&done), "6 0 0 0");
     for (scene, seed) in [("a", "5"), ("c", "6")] {
-        let arguments = ["render", &format!("{scene}.toml"), "--seed", seed, "-o", "alone.exr", "--reproducible"];
+        let arguments =
+            ["render", &format!("{scene}.toml"), "--seed", seed, "-o", "alone.exr", "--reproducible"];
         assert!(caustica(folder.path()).args(arguments).output().unwrap().status.success());
         for end in ["exr", "png"] {
             let of_batch = bytes(folder.path(), &format!("out/{scene}_seed={seed}.{end}"));
@@ -107,11 +110,17 @@ fn a_changed_file_renders_what_used_it_and_nothing_else() {
     };
     assert_eq!(run(&[]), "3 0 0 0");
     assert_eq!(run(&[]), "0 3 0 0", "nothing changed");
-    fs::write(folder.path().join("one.obj"), FLOOR).unwrap();
-    assert_eq!(run(&[]), "0 3 0 0", "the date alone changed");
+    for seconds in [0, 5_000_000_000] {
+        let file = fs::File::options().write(true).open(folder.path().join("one.obj")).unwrap();
+        file.set_modified(SystemTime::UNIX_EPOCH + Duration::from_secs(seconds)).unwrap();
+        assert_eq!(run(&[]), "0 3 0 0", "the date alone changed");
+    }
     fs::write(folder.path().join("one.obj"), FLOOR.replace("v 2 0 2", "v 2 1 2")).unwrap();
     assert_eq!(run(&[]), "2 1 0 0", "the mesh of two scenes");
-    assert_eq!(attempts(folder.path(), "out"), [("a", 2), ("b", 2), ("c", 1)].map(|(n, k)| (n.into(), k)).into());
+    assert_eq!(
+        attempts(folder.path(), "out"),
+        [("a", 2), ("b", 2), ("c", 1)].map(|(n, k)| (n.into(), k)).into()
+    );
     fs::write(folder.path().join("c.toml"), scene("two.obj", 0.8)).unwrap();
     assert_eq!(run(&[]), "1 2 0 0", "a scene");
     fs::remove_file(folder.path().join("out/b.png")).unwrap();
@@ -123,14 +132,15 @@ fn a_changed_file_renders_what_used_it_and_nothing_else() {
 
 #[test]
 fn a_file_that_turns_up_counts_as_a_change() {
-    let folder = folder(&[("a.toml", &scene("one.obj", 0.5)), ("one.obj", &format!("mtllib m.mtl\n{FLOOR}"))]);
+    let text =
+        scene("one.obj", 0.5).replace("file = \"one.obj\"\nmaterial = \"grey\"\n", "file = \"one.obj\"\n");
+    let folder = folder(&[("a.toml", &text), ("one.obj", &format!("mtllib m.mtl\nusemtl x\n{FLOOR}"))]);
     let run = || told(&batch(folder.path(), &["a.toml", "-o", "out"]));
     assert_eq!((run(), run()), ("1 0 0 0".into(), "0 1 0 0".into()));
-    let looked_for = &status(folder.path(), "out")["a"]["inputs"];
-    if looked_for.to_string().contains("m.mtl") {
-        fs::write(folder.path().join("m.mtl"), "newmtl x\nKd 1 0 0\n").unwrap();
-        assert_eq!(run(), "1 0 0 0");
-    }
+    let grey = bytes(folder.path(), "out/a.exr");
+    fs::write(folder.path().join("m.mtl"), "newmtl x\nKd 1 0 0\n").unwrap();
+    assert_eq!(run(), "1 0 0 0");
+    assert!(bytes(folder.path(), "out/a.exr") != grey);
 }
 
 #[test]
@@ -141,7 +151,8 @@ fn jobs_of_higher_priority_go_first() {
     let done = batch(folder.path(), &["list.toml", "-o", "out", "--jobs", "1", "--json"]);
     let lines = text(&done.stdout);
     let events = lines.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
-    let began: Vec<String> = events.filter_map(|event| Some(event["began"]["job"].as_str()?.to_owned())).collect();
+    let began: Vec<String> =
+        events.filter_map(|event| Some(event["began"]["job"].as_str()?.to_owned())).collect();
     assert_eq!(began, ["b", "c", "a"]);
 }
 
@@ -149,7 +160,10 @@ fn jobs_of_higher_priority_go_first() {
 fn wrong_lists_are_refused_before_any_work() {
     let folder = three();
     for (list, words) in [
-        ("[[job]]\nscene = \"a.toml\"\npasses = \"many\"\n", "list.toml:2: invalid value 'many' for '--passes <N>'"),
+        (
+            "[[job]]\nscene = \"a.toml\"\npasses = \"many\"\n",
+            "list.toml:2: invalid value 'many' for '--passes <N>'",
+        ),
         ("[[job]]\nscene = \"a.toml\"\npases = 3\n", "list.toml:3: unknown key `pases`"),
         ("[[job]]\nscene = \"a.toml\"\noutput = \"x.exr\"\n", "`output` is not for jobs"),
         ("[[job]]\nscene = \"a.toml\"\nlayers = true\nno_error_estimates = true\n", "cannot be used with"),
@@ -162,7 +176,11 @@ fn wrong_lists_are_refused_before_any_work() {
         assert!(!folder.path().join("out").exists());
     }
     let done = batch(folder.path(), &["a.toml", "--set", "alpha=2", "-o", "out"]);
-    assert!(done.status.code() == Some(2) && text(&done.stderr).contains("--alpha"), "{}", text(&done.stderr));
+    assert!(
+        done.status.code() == Some(2) && text(&done.stderr).contains("--alpha"),
+        "{}",
+        text(&done.stderr)
+    );
 }
 
 #[test]
@@ -205,12 +223,18 @@ impl Running {
         (length > 0).then(|| serde_json::from_str(&line).unwrap())
     }
 
-    /// Goes on until so many jobs are done.
-    fn until_done(&mut self, count: usize) {
-        let mut done = 0;
+    /// Goes on until so many jobs are done, or the batch is, and kills the processes of those that would take forever.
+    fn kill_the_endless(&mut self, count: usize) {
+        let (mut done, mut processes) = (0, BTreeMap::new());
         while done < count {
-            let event = self.next().expect("the batch ended early");
+            let Some(event) = self.next() else { return };
             done += usize::from(event["ended"]["verdict"]["done"].is_object());
+            if let Some(job) = event["began"]["job"].as_str() {
+                processes.insert(job.to_owned(), event["began"]["process"].as_u64().unwrap());
+            }
+            if let Some(job) = event["loaded"]["job"].as_str().filter(|job| job.starts_with("killed")) {
+                signal(processes[job], "-KILL");
+            }
         }
     }
 
@@ -237,7 +261,11 @@ fn two_batches_do_not_share_a_folder() {
     }
     assert_eq!(status(folder.path(), "out")["a"]["state"], "running", "looking is allowed");
     first.kill();
-    assert_eq!(batch(folder.path(), &["b.toml", "-o", "out"]).status.code(), Some(0), "the lock went with its holder");
+    assert_eq!(
+        batch(folder.path(), &["b.toml", "-o", "out"]).status.code(),
+        Some(0),
+        "the lock went with its holder"
+    );
 }
 
 /// Whether the process is there; one that ended but was not waited for is not.
@@ -303,8 +331,14 @@ fn hundred() -> TempDir {
     for number in 0..100 {
         let (name, text, more) = match number {
             k if k % 10 == 3 => (format!("broken{k}"), scene("missing.obj", 0.5), String::new()),
-            k if k % 20 == 7 => (format!("large{k}"), scene("floor.obj", 0.5), "size = \"4000x4000\"\nmemory_limit = \"200M\"\n".into()),
-            k if k % 20 == 17 => (format!("killed{k}"), scene("floor.obj", 0.5), "passes = 1000000\npriority = 1\n".into()),
+            k if k % 20 == 7 => (
+                format!("large{k}"),
+                scene("floor.obj", 0.5),
+                "size = \"4000x4000\"\nmemory_limit = \"200M\"\n".into(),
+            ),
+            k if k % 20 == 17 => {
+                (format!("killed{k}"), scene("floor.obj", 0.5), "passes = 1000000\npriority = 1\n".into())
+            }
             k => (format!("good{k}"), scene("floor.obj", f64::from(k) / 100.0), String::new()),
         };
         fs::write(folder.path().join(format!("{name}.toml")), text).unwrap();
@@ -315,65 +349,21 @@ fn hundred() -> TempDir {
     folder
 }
 
-/// Kills every process of a job that would take forever, as soon as it is loaded; the end of the batch.
-fn kill_those_that_take_forever(mut running: Running) -> Option<i32> {
-    let mut processes: BTreeMap<String, u64> = BTreeMap::new();
-    while let Some(event) = running.next() {
-        if let Some(job) = event["began"]["job"].as_str() {
-            processes.insert(job.to_owned(), event["began"]["process"].as_u64().unwrap());
-        }
-        if let Some(job) = event["loaded"]["job"].as_str().filter(|job| job.starts_with("killed")) {
-            signal(processes[job], "-KILL");
-        }
-    }
-    running.child.wait().unwrap().code()
-}
-
 #[test]
 fn of_a_hundred_jobs_every_good_one_has_its_picture_and_every_bad_one_its_reason() {
     let folder = hundred();
     let out = folder.path().join("out");
-    let mut first = Running::start(folder.path(), &["jobs.toml", "-o", "out", "--jobs", "2"]);
-    let mut killed = 0;
-    while killed < 5 {
-        let event = first.next().unwrap();
-        if event["began"]["job"].as_str().is_some_and(|job| job.starts_with("killed")) {
-            signal(event["began"]["process"].as_u64().unwrap(), "-KILL");
-            killed += 1;
-        }
+    for (arguments, done) in [(["jobs.toml", "-o", "out"], 15), (["resume", "out", "--jobs=auto"], 20)] {
+        let mut running = Running::start(folder.path(), &arguments);
+        running.kill_the_endless(done);
+        running.kill();
     }
-    first.until_done(15);
-    first.kill();
-    let mut second = Running::start(folder.path(), &["resume", "out", "--jobs", "2"]);
-    second.until_done(0);
-    let second = BatchInHaste(second);
-    second.kill_after(20);
-    let last = Running::start(folder.path(), &["resume", "out", "--jobs", "2"]);
-    assert_eq!(kill_those_that_take_forever(last), Some(1));
+    let mut last = Running::start(folder.path(), &["resume", "out"]);
+    last.kill_the_endless(100);
+    assert_eq!(last.child.wait().unwrap().code(), Some(1));
     check_reasons(&status(folder.path(), "out"));
     for number in [0, 1, 50, 99] {
         check_picture(folder.path(), &out, number);
-    }
-}
-
-/// A batch that is killed while it is at its work.
-struct BatchInHaste(Running);
-
-impl BatchInHaste {
-    /// Those that would take forever stand first, so they are out of the way before others are done.
-    fn kill_after(mut self, count: usize) {
-        let (mut done, mut processes) = (0, BTreeMap::new());
-        while done < count {
-            let event = self.0.next().expect("the batch ended early");
-            done += usize::from(event["ended"]["verdict"]["done"].is_object());
-            if let Some(job) = event["began"]["job"].as_str() {
-                processes.insert(job.to_owned(), event["began"]["process"].as_u64().unwrap());
-            }
-            if let Some(job) = event["loaded"]["job"].as_str().filter(|job| job.starts_with("killed")) {
-                signal(processes[job], "-KILL");
-            }
-        }
-        self.0.kill();
     }
 }
 
@@ -396,7 +386,17 @@ fn check_reasons(rows: &BTreeMap<String, Value>) {
 
 fn check_picture(folder: &Path, out: &Path, number: u32) {
     let (scene, alone) = (format!("good{number}.toml"), folder.join("alone.exr"));
-    let arguments = ["render", &scene, "--passes", "2", "--seed", &number.to_string(), "--reproducible", "-o", "alone.exr"];
+    let arguments = [
+        "render",
+        &scene,
+        "--passes",
+        "2",
+        "--seed",
+        &number.to_string(),
+        "--reproducible",
+        "-o",
+        "alone.exr",
+    ];
     assert!(caustica(folder).args(arguments).output().unwrap().status.success());
     assert!(fs::read(alone).unwrap() == fs::read(out.join(format!("good{number}.exr"))).unwrap(), "{number}");
 }
@@ -409,7 +409,10 @@ fn on_small_disk(folder: &Path, kib: u32, then: &str) -> Option<Output> {
          code=$?; {then}; exit $code"
     );
     let mut command = Command::new("unshare");
-    command.current_dir(folder).args(["--user", "--map-root-user", "--mount", "sh", "-c", &script]).arg(program);
+    command
+        .current_dir(folder)
+        .args(["--user", "--map-root-user", "--mount", "sh", "-c", &script])
+        .arg(program);
     let done = command.output().ok()?;
     let is_mounted = done.status.code() != Some(99) && !text(&done.stderr).contains("unshare");
     is_mounted.then_some(done)
@@ -428,7 +431,10 @@ fn a_full_disk_stops_the_batch_and_harms_no_ledger() {
         let (out, told) = (text(&done.stdout), text(&done.stderr));
         assert!(!told.contains("panicked"), "{told}");
         assert!(out.contains("again ") && out.contains(" 0\n"), "{kib} KiB: {out}{told}");
-        assert!(out.contains("a.exr") && out.contains("b.exr") && out.contains("c.exr"), "{kib} KiB: {out}{told}");
+        assert!(
+            out.contains("a.exr") && out.contains("b.exr") && out.contains("c.exr"),
+            "{kib} KiB: {out}{told}"
+        );
         assert_eq!(done.status.code(), Some(1), "{kib} KiB: {told}");
     }
 }

@@ -87,10 +87,10 @@ pub enum BatchError {
         source: io::Error,
     },
     /// No process for a job can be started.
-    #[error("cannot start {program} for a job: {source}", program = program.display())]
+    #[error("cannot start a process in {folder}: {source}", folder = folder.display())]
     Start {
-        /// The program.
-        program: PathBuf,
+        /// The folder that the scene is relative to.
+        folder: PathBuf,
         /// What the operating system says.
         source: io::Error,
     },

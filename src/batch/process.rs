@@ -49,9 +49,13 @@ impl Process {
         number: usize,
         heard: &Sender<(usize, Heard)>,
     ) -> Result<Process, BatchError> {
-        let failed = |source| BatchError::Start { program: start.program.to_owned(), source };
+        let failed = |source| BatchError::Start { folder: start.folder.clone(), source };
         let mut command = Command::new(start.program);
-        command.arg("worker").arg(format!("--threads={}", start.threads)).current_dir(&start.folder);
+        command
+            .arg0("caustica")
+            .arg("worker")
+            .arg(format!("--threads={}", start.threads))
+            .current_dir(&start.folder);
         if let Some(bytes) = start.memory_limit {
             command.arg(format!("--memory-limit={bytes}"));
         }
@@ -121,19 +125,29 @@ impl End {
                 (None, None) => "its process ended before the picture was there".to_owned(),
             },
         };
-        match self.last_words.lines().next_back() {
+        match self.telling_line() {
             Some(line) => format!("{how}; it last said: {line}"),
             None => how,
         }
     }
 
+    /// What a panic or a lack of memory says first; else the last line.
+    fn telling_line(&self) -> Option<&str> {
+        let tells = |line: &&str| {
+            ["panicked", "error: "].iter().chain(&WANT_OF_MEMORY).any(|words| line.contains(words))
+        };
+        self.last_words.lines().find(tells).or_else(|| self.last_words.lines().next_back())
+    }
+
     /// Whether it died for want of memory, by what it said.
     pub fn was_short_of_memory(&self) -> bool {
-        ["memory allocation of ", "bad_alloc", "Cannot allocate memory", "Resource temporarily unavailable"]
-            .iter()
-            .any(|words| self.last_words.contains(words))
+        WANT_OF_MEMORY.iter().any(|words| self.last_words.contains(words))
     }
 }
+
+/// What the libraries and the system say when there is no more memory.
+const WANT_OF_MEMORY: [&str; 4] =
+    ["memory allocation of ", "bad_alloc", "Cannot allocate memory", "Resource temporarily unavailable"];
 
 /// The usual name of a signal.
 fn signal_name(signal: i32) -> String {
@@ -167,8 +181,9 @@ mod tests {
         assert_eq!(end(44, "").reason(), "its process was killed by signal 44");
         assert_eq!(
             end(101 << 8, "thread panicked\nat last").reason(),
-            "its process ended with exit code 101 before the picture was there; it last said: at last"
+            "its process ended with exit code 101 before the picture was there; it last said: thread panicked"
         );
+        assert!(end(11, "one\ntwo").reason().ends_with("it last said: two"));
     }
 
     #[test]

@@ -1,71 +1,22 @@
 //! Who renders what, when: a process a job, the next one's scene loading while others render.
 
 use std::collections::{BTreeMap, VecDeque};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::time::Duration;
 
-use serde::Serialize;
-
 use super::forecast::{Left, Spent};
 use super::process::{End, Heard, Process, Start};
+use super::task::Task;
 use super::{
-    BatchError, Change, FileHash, Hashes, Job, Layout, Ledger, Order, Reply, Row, Schedule, State, Verdict,
+    BatchError, Change, Crew, FileHash, Hashes, Job, Ledger, Order, Reply, Row, Schedule, Standing, State,
+    Verdict, Watch,
 };
-
-/// What a batch runs with.
-#[derive(Clone, Debug)]
-pub struct Crew {
-    /// The program that makes pictures: this one.
-    pub program: PathBuf,
-    /// What tells it from others, for the ledger.
-    pub version: String,
-    /// Where pictures go: an absolute path.
-    pub folder: PathBuf,
-}
-
-/// Follows a batch, and may end it.
-pub trait Watch {
-    /// Whether to stop: what is being rendered finishes its pass and keeps a checkpoint.
-    fn is_over(&self) -> bool;
-    /// A job took a step.
-    fn step(&mut self, change: &Change);
-    /// How threads are shared out was found by trial.
-    fn layout(&mut self, layout: Layout, measured: &str);
-    /// How the whole batch stands; comes several times a second.
-    fn standing(&mut self, standing: &Standing);
-}
-
-/// How a batch stands: numbers of jobs.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Standing {
-    /// All.
-    pub jobs: usize,
-    /// Done before, and still as they were.
-    pub unchanged: usize,
-    /// Done now.
-    pub done: usize,
-    /// Without a picture.
-    pub failed: usize,
-    /// Whose scene is being loaded, or has been.
-    pub loading: usize,
-    /// Being rendered.
-    pub rendering: usize,
-    /// Until the last is done; `None` before the first is.
-    pub seconds_left: Option<f64>,
-}
-
-impl Standing {
-    /// Jobs that still have to be begun, or begun again.
-    pub fn waiting(&self) -> usize {
-        self.jobs - self.unchanged - self.done - self.failed - self.loading - self.rendering
-    }
-}
 
 /// Renders the jobs of a list that are not done, or of which anything has changed since.
 ///
 /// # Errors
-/// When the ledger cannot be written, or no process can be started. Whatever is under way ends with it.
+/// When the ledger cannot be written. Whatever is under way ends with it.
 pub fn run(
     crew: &Crew,
     ledger: &mut Ledger,
@@ -108,42 +59,6 @@ fn is_current(crew: &Crew, ledger: &Ledger, row: &Row, hashes: &mut Hashes) -> R
 /// Whether the process of one job may take on another: never, each has its own.
 fn may_follow(_previous: &Job, _next: &Job) -> bool {
     false
-}
-
-/// A job that is to be done.
-#[derive(Debug)]
-struct Task {
-    job: Job,
-    started_in: PathBuf,
-    deaths: u32,
-    photons_a_pass: Option<f64>,
-    passes: Option<u32>,
-    passes_done: u32,
-    is_over: bool,
-}
-
-impl Task {
-    fn of(row: Row) -> Task {
-        Task {
-            job: row.job,
-            started_in: row.started_in,
-            deaths: 0,
-            photons_a_pass: None,
-            passes: None,
-            passes_done: 0,
-            is_over: false,
-        }
-    }
-
-    fn left(&self) -> Left {
-        let passes = self.passes.map(f64::from);
-        Left {
-            photons: self.photons_a_pass.zip(passes).map(|(photons, passes)| photons * passes),
-            share: passes
-                .filter(|passes| *passes > 0.0)
-                .map_or(0.0, |passes| f64::from(self.passes_done) / passes),
-        }
-    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -221,7 +136,7 @@ impl<'a> Runner<'a> {
                 self.stop();
             }
             self.turn_over()?;
-            self.hire()?;
+            self.hire();
             self.set_going();
             self.tell()?;
             if self.hands.is_empty() && (self.queue.is_empty() || self.is_stopping) {
@@ -244,7 +159,7 @@ impl<'a> Runner<'a> {
     }
 
     /// As many scenes are loaded ahead as jobs render at once.
-    fn hire(&mut self) -> Result<(), BatchError> {
+    fn hire(&mut self) {
         while !self.is_stopping && !self.queue.is_empty() {
             let ahead = self.count(Phase::Loading) + self.count(Phase::Ready);
             let idle = self.schedule.layout().jobs.saturating_sub(self.count(Phase::Rendering));
@@ -253,12 +168,11 @@ impl<'a> Runner<'a> {
             }
             let Some((round, threads)) = self.schedule.next() else { break };
             let Some(task) = self.queue.pop_front() else { break };
-            self.start(task, round, threads)?;
+            self.start(task, round, threads);
         }
-        Ok(())
     }
 
-    fn start(&mut self, task: usize, round: usize, threads: usize) -> Result<(), BatchError> {
+    fn start(&mut self, task: usize, round: usize, threads: usize) {
         let Task { job, started_in, .. } = &self.tasks[task];
         let start = Start {
             program: &self.crew.program,
@@ -266,13 +180,25 @@ impl<'a> Runner<'a> {
             threads,
             memory_limit: job.memory_limit,
         };
-        let mut process = Process::start(&start, self.hired, &self.heard.0)?;
-        process.order(&self.prepare(job));
-        let (job, id) = (job.name.clone(), process.id);
-        self.changes.push(Change::Began { job, process: id, threads });
+        let (order, job) = (self.prepare(job), job.name.clone());
+        let mut process = match Process::start(&start, self.hired, &self.heard.0) {
+            Ok(process) => process,
+            Err(error) => return self.not_started(task, threads, &error),
+        };
+        process.order(&order);
+        self.changes.push(Change::Began { job, process: process.id, threads });
         self.hands.insert(self.hired, Hand { task, process, phase: Phase::Loading, round });
         self.hired += 1;
-        Ok(())
+    }
+
+    /// The folder that its scene is relative to may be gone, or there are too many processes.
+    fn not_started(&mut self, task: usize, threads: usize, error: &BatchError) {
+        let job = self.tasks[task].job.name.clone();
+        let verdict = Verdict::Failed { reason: error.to_string() };
+        self.tasks[task].is_over = true;
+        self.standing.failed += 1;
+        self.changes.push(Change::Began { job: job.clone(), process: 0, threads });
+        self.changes.push(Change::Ended { job, verdict, last_words: String::new() });
     }
 
     /// Equal pictures are equal files, so that it does not matter which attempt made one.

@@ -163,11 +163,9 @@ mod tests {
     fn kept(mut schedule: Schedule, rate: impl Fn(Layout) -> Option<f64>) -> Layout {
         for _ in 0..100 {
             let layout = schedule.layout();
-            while let Some((round, threads)) = schedule.next() {
-                if round != schedule.round() || schedule.kept.is_some() {
-                    break;
-                }
-                assert_eq!(threads, layout.threads);
+            for _ in 0..layout.jobs {
+                let (round, threads) = schedule.next().unwrap();
+                assert_eq!((round, threads), (schedule.round(), layout.threads));
                 if let Some(rate) = rate(layout) {
                     schedule.is_done(round, rate, 1.0);
                 }

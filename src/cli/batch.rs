@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 use std::env;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::thread::available_parallelism;
 use std::time::{Duration, Instant};
 
@@ -75,7 +75,10 @@ fn crew(folder: &Path) -> Result<Crew, CliError> {
         let path = path.to_owned();
         move |source| BatchError::File { path, source }
     };
-    let program = env::current_exe().map_err(failed(Path::new("caustica")))?;
+    // The very file that runs, even where another was put in its place.
+    let itself = PathBuf::from("/proc/self/exe");
+    let program = if itself.exists() { Ok(itself) } else { env::current_exe() };
+    let program = program.map_err(failed(Path::new("caustica")))?;
     let hash = hash_file(&program).map_err(failed(&program))?;
     let version = format!("{} ({})", env!("CARGO_PKG_VERSION"), &hash[..16]);
     let folder = folder.canonicalize().map_err(failed(folder))?;

@@ -127,8 +127,9 @@ impl Job<'_> {
     }
 
     fn failed(&self, error: &CliError) -> Reply {
-        let memory = matches!(error, CliError::Memory { .. });
-        Reply::Failed { reason: error.to_string(), memory, inputs: self.inputs() }
+        let reason = error.to_string();
+        let memory = matches!(error, CliError::Memory { .. }) || reason.contains("out of memory");
+        Reply::Failed { reason, memory, inputs: self.inputs() }
     }
 
     fn inputs(&self) -> Vec<FileHash> {
