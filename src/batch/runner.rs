@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;
-use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
+use std::sync::mpsc::{self, Receiver, Sender};
 use std::time::Duration;
 
 use super::forecast::{Left, Spent};
@@ -90,7 +90,8 @@ struct Runner<'a> {
     queue: VecDeque<usize>,
     hands: BTreeMap<usize, Hand>,
     hired: usize,
-    heard: (Sender<(usize, Heard)>, Receiver<(usize, Heard)>),
+    tell: Sender<(usize, Heard)>,
+    heard: Receiver<(usize, Heard)>,
     /// What the ledger is yet to be told.
     changes: Vec<Change>,
     spent: Spent,
@@ -111,6 +112,7 @@ impl<'a> Runner<'a> {
         standing: Standing,
     ) -> Runner<'a> {
         let mut order: Vec<usize> = (0..tasks.len()).collect();
+        let (tell, heard) = mpsc::channel();
         order.sort_by_key(|&task| std::cmp::Reverse(tasks[task].job.priority));
         Runner {
             crew,
@@ -122,7 +124,8 @@ impl<'a> Runner<'a> {
             queue: order.into(),
             hands: BTreeMap::new(),
             hired: 0,
-            heard: mpsc::channel(),
+            tell,
+            heard,
             changes: Vec::new(),
             spent: Spent::default(),
             standing,
@@ -138,7 +141,7 @@ impl<'a> Runner<'a> {
             self.turn_over()?;
             self.hire();
             self.set_going();
-            self.tell()?;
+            self.pass_on()?;
             if self.hands.is_empty() && (self.queue.is_empty() || self.is_stopping) {
                 return Ok(());
             }
@@ -166,7 +169,7 @@ impl<'a> Runner<'a> {
             if ahead >= idle + self.schedule.layout().jobs {
                 break;
             }
-            let Some((round, threads)) = self.schedule.next() else { break };
+            let Some((round, threads)) = self.schedule.assign() else { break };
             let Some(task) = self.queue.pop_front() else { break };
             self.start(task, round, threads);
         }
@@ -181,7 +184,7 @@ impl<'a> Runner<'a> {
             memory_limit: job.memory_limit,
         };
         let (order, job) = (self.prepare(job), job.name.clone());
-        let mut process = match Process::start(&start, self.hired, &self.heard.0) {
+        let mut process = match Process::start(&start, self.hired, &self.tell) {
             Ok(process) => process,
             Err(error) => return self.not_started(task, threads, &error),
         };
@@ -231,16 +234,13 @@ impl<'a> Runner<'a> {
     }
 
     fn listen(&mut self) {
-        let mut next = match self.heard.1.recv_timeout(TICK) {
-            Ok(heard) => Some(heard),
-            Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => None,
-        };
+        let mut next = self.heard.recv_timeout(TICK).ok();
         while let Some((number, heard)) = next {
             match heard {
                 Heard::Reply(reply) => self.reply(number, reply),
                 Heard::Ended(end) => self.ended(number, &end),
             }
-            next = self.heard.1.try_recv().ok();
+            next = self.heard.try_recv().ok();
         }
     }
 
@@ -353,7 +353,7 @@ impl<'a> Runner<'a> {
         }
     }
 
-    fn tell(&mut self) -> Result<(), BatchError> {
+    fn pass_on(&mut self) -> Result<(), BatchError> {
         let changes = std::mem::take(&mut self.changes);
         self.ledger.note(&changes, &self.crew.version)?;
         changes.iter().for_each(|change| self.watch.step(change));

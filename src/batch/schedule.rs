@@ -93,7 +93,7 @@ impl Schedule {
     }
 
     /// The round for another job, and its threads; `None` while it is not known what comes after the trials.
-    pub fn next(&mut self) -> Option<(usize, usize)> {
+    pub fn assign(&mut self) -> Option<(usize, usize)> {
         let full =
             |round: &usize| self.begun.get(*round).is_some_and(|begun| *begun >= self.trials[*round].jobs);
         let round = (self.round..=self.trials.len()).find(|round| !full(round))?;
@@ -164,7 +164,7 @@ mod tests {
         for _ in 0..100 {
             let layout = schedule.layout();
             for _ in 0..layout.jobs {
-                let (round, threads) = schedule.next().unwrap();
+                let (round, threads) = schedule.assign().unwrap();
                 assert_eq!((round, threads), (schedule.round(), layout.threads));
                 if let Some(rate) = rate(layout) {
                     schedule.is_done(round, rate, 1.0);
@@ -195,7 +195,7 @@ mod tests {
             [(8, 3, layout(3, 2)), (8, 1, layout(1, 8)), (2, 11, layout(2, 1)), (1, 9, layout(1, 1))]
         {
             assert_eq!(Schedule::by_trial(cores, jobs).layout(), expected, "{cores} cores, {jobs} jobs");
-            assert_eq!(Schedule::by_trial(cores, jobs).next(), Some((0, expected.threads)));
+            assert_eq!(Schedule::by_trial(cores, jobs).assign(), Some((0, expected.threads)));
         }
         assert_eq!(Schedule::by_trial(2, 12).trials, [layout(2, 1), layout(1, 2)]);
     }
@@ -203,12 +203,12 @@ mod tests {
     #[test]
     fn nobody_is_prepared_for_a_layout_that_is_not_known() {
         let mut schedule = Schedule::by_trial(2, 100);
-        let next: Vec<_> = (0..4).map(|_| schedule.next()).collect();
+        let next: Vec<_> = (0..4).map(|_| schedule.assign()).collect();
         assert_eq!(next, [Some((0, 1)), Some((0, 1)), Some((1, 2)), None]);
         assert_eq!(schedule.round_is_over(), None);
         assert_eq!((schedule.round(), schedule.layout()), (1, layout(1, 2)));
         assert_eq!(schedule.round_is_over(), Some(layout(2, 1)));
-        assert_eq!(schedule.next(), Some((2, 1)));
+        assert_eq!(schedule.assign(), Some((2, 1)));
         assert_eq!(schedule.told(), "2 x 1: not measured; 1 x 2: not measured");
     }
 }
