@@ -6,6 +6,7 @@ usage: batch_cost.py PROGRAM [FOLDER [JOBS [REPETITIONS]]]
 
 import json
 import os
+import resource
 import statistics
 import subprocess
 import sys
@@ -24,6 +25,11 @@ def seconds_of(command, **options):
     if done.returncode != 0:
         sys.exit(f"{' '.join(map(str, command))}: {done.stderr}")
     return time.perf_counter() - started, done
+
+
+def processor_seconds():
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
 
 
 def one_by_one(program, folder, jobs):
@@ -77,13 +83,18 @@ def main():
     ready, bare = start_up(program, folder)
     print(f"start-up: process {1e3 * statistics.median(bare):.1f} ms, with its scene ready {1e3 * statistics.median(ready):.1f} ms (medians)")
     for _ in range(repetitions):
+        marks = [processor_seconds()]
         told, whole = one_by_one(program, folder, jobs)
+        marks.append(processor_seconds())
         batch, in_batch, loading = as_batch(program, folder, jobs, cores)
+        marks.append(processor_seconds())
+        alone, together = marks[1] - marks[0], marks[2] - marks[1]
         ideal = sum(whole) / cores
         print(
             f"{jobs} jobs on {cores} cores: one by one {sum(whole):.2f} s, of which renders {sum(told):.2f} s; batch {batch:.2f} s, "
             f"in which renders took {in_batch:.2f} s, loading {loading:.2f} s; "
-            f"batch / (processes one by one / cores) = {batch / ideal:.3f}, batch / (renders in the batch / cores) = {batch * cores / in_batch:.3f}"
+            f"batch / (processes one by one / cores) = {batch / ideal:.3f}, batch / (renders in the batch / cores) = {batch * cores / in_batch:.3f}; "
+            f"processor seconds {alone:.2f} one by one, {together:.2f} as a batch: {together / alone:.3f}"
         )
 
 
