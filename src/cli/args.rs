@@ -33,7 +33,7 @@ pub use man::ManArgs;
 pub use reference::ReferenceArgs;
 pub use render::RenderArgs;
 pub use run::{AccessArgs, DisplayArgs, RunArgs, Traversal};
-pub use status::StatusArgs;
+pub use status::FarmStatusArgs;
 pub use study::StudyArgs;
 pub use submit::SubmitArgs;
 pub use surface::SurfaceArgs;
@@ -87,7 +87,7 @@ pub enum Command {
     /// Spread the passes of a picture over machines: write the work of each, and submit it to Slurm
     Submit(SubmitArgs),
     /// Say how far what was submitted is
-    Status(StatusArgs),
+    Status(FarmStatusArgs),
     /// Render many scenes: a process for each, and a ledger of what became of them
     Batch(BatchArgs),
     /// Render what is told on standard input; for `caustica batch` alone

@@ -3,7 +3,7 @@ use std::path::{Path, PathBuf, absolute};
 
 use clap::Parser;
 
-use super::args::{Arguments, StatusArgs, SubmitArgs};
+use super::args::{Arguments, FarmStatusArgs, SubmitArgs};
 use super::console::print;
 use super::error::{CliError, Outcome};
 use crate::farm::slurm::{self, Jobs, Resources};
@@ -81,7 +81,7 @@ fn absolute_path(path: &Path) -> Result<PathBuf, CliError> {
 }
 
 /// Tells how far the tasks of a folder are.
-pub fn status(args: &StatusArgs) -> Result<Outcome, CliError> {
+pub fn status(args: &FarmStatusArgs) -> Result<Outcome, CliError> {
     let folder = absolute_path(&args.folder)?;
     let submission = Submission::read(&folder)?;
     let progress = Progress::of(&submission, &folder)?;

@@ -9,7 +9,7 @@ Examples:
   caustica status out/water.farm --json
 
 Exit code 0 if the picture is there, 1 if not yet.")]
-pub struct StatusArgs {
+pub struct FarmStatusArgs {
     /// The folder that `caustica submit` wrote
     pub folder: PathBuf,
     /// Print JSON
