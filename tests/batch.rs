@@ -100,6 +100,47 @@ fn pictures_are_those_of_render_byte_by_byte() {
     assert!(bytes(folder.path(), "out/a_seed=5.exr") != bytes(folder.path(), "out/a_seed=6.exr"));
 }
 
+/// Frames of a large mesh in another color each.
+fn frames(count: usize) -> TempDir {
+    let mut surface = Vec::new();
+    caustica::scene::water::write_obj(&mut surface, 600).unwrap();
+    let folder = folder(&[("large.obj", &text(&surface))]);
+    for frame in 0..count {
+        let text = scene("large.obj", 0.1 + 0.1 * frame as f64);
+        fs::write(folder.path().join(format!("frame_{frame}.toml")), text).unwrap();
+    }
+    folder
+}
+
+fn processes(folder: &Path, out: &str) -> Vec<u64> {
+    let process = |row: &Value| row["attempts"][0]["process"].as_u64().unwrap();
+    status(folder, out).values().map(process).collect()
+}
+
+/// What takes long to load is loaded once, and no bit of a picture tells.
+#[test]
+fn frames_of_a_large_mesh_go_through_one_process() {
+    let folder = frames(4);
+    let run = |arguments: &[&str]| {
+        let done =
+            batch(folder.path(), &[&["frame_*.toml", "--jobs", "1", "--threads", "2"], arguments].concat());
+        assert_eq!(told(&done), "4 0 0 0", "{}", text(&done.stderr));
+    };
+    run(&["-o", "shared"]);
+    let shared = processes(folder.path(), "shared");
+    assert_eq!(shared, [shared[0]; 4]);
+    run(&["-o", "apart", "--memory-limit", "8G"]);
+    let mut apart = processes(folder.path(), "apart");
+    apart.sort_unstable();
+    apart.dedup();
+    assert_eq!(apart.len(), 4, "a limit of memory is for one job alone");
+    for frame in 0..4 {
+        let picture = |out: &str| bytes(folder.path(), &format!("{out}/frame_{frame}.exr"));
+        assert!(picture("shared") == picture("apart"), "frame {frame}");
+        assert!(frame == 0 || picture("shared") != bytes(folder.path(), "shared/frame_0.exr"));
+    }
+}
+
 #[test]
 fn a_changed_file_renders_what_used_it_and_nothing_else() {
     let folder = three();

@@ -56,9 +56,10 @@ impl Process {
             .arg("worker")
             .arg(format!("--threads={}", start.threads))
             .current_dir(&start.folder);
-        if let Some(bytes) = start.memory_limit {
-            command.arg(format!("--memory-limit={bytes}"));
-        }
+        match start.memory_limit {
+            Some(bytes) => command.arg(format!("--memory-limit={bytes}")),
+            None => command.arg("--keep-geometry"),
+        };
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
         // Ctrl-C on a terminal is for the batch, which says what to do about it.
         let mut child = command.process_group(0).spawn().map_err(failed)?;

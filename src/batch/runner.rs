@@ -56,9 +56,15 @@ fn is_current(crew: &Crew, ledger: &Ledger, row: &Row, hashes: &mut Hashes) -> R
     Ok(is_known && hashes.hold(Path::new(""), &inputs) && hashes.hold(&crew.folder, &outputs))
 }
 
-/// Whether the process of one job may take on another: never, each has its own.
-fn may_follow(_previous: &Job, _next: &Job) -> bool {
-    false
+/// A process whose scene took so many seconds to load and build may take on the next job, which may share what took them.
+const SLOW_LOAD: f64 = 0.1;
+
+/// Whether the process of one job may take on another: jobs of one folder share meshes. A limit of memory is for one job alone.
+fn may_follow(previous: &Task, next: &Task) -> bool {
+    previous.started_in == next.started_in
+        && previous.job.scene.parent() == next.job.scene.parent()
+        && previous.job.memory_limit.is_none()
+        && next.job.memory_limit.is_none()
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,6 +83,9 @@ struct Hand {
     process: Process,
     phase: Phase,
     round: usize,
+    threads: usize,
+    /// Seconds that its slowest job took to load.
+    slowest_load: f64,
 }
 
 struct Runner<'a> {
@@ -161,18 +170,29 @@ impl<'a> Runner<'a> {
         Ok(())
     }
 
-    /// As many scenes are loaded ahead as jobs render at once.
+    /// As many scenes are loaded ahead as jobs render at once; none where a process that is there has loaded most of it.
     fn hire(&mut self) {
         while !self.is_stopping && !self.queue.is_empty() {
             let ahead = self.count(Phase::Loading) + self.count(Phase::Ready);
             let idle = self.schedule.layout().jobs.saturating_sub(self.count(Phase::Rendering));
-            if ahead >= idle + self.schedule.layout().jobs {
+            let more = if self.next_has_a_process() { 0 } else { self.schedule.layout().jobs };
+            if ahead >= idle + more {
                 break;
             }
             let Some((round, threads)) = self.schedule.assign() else { break };
             let Some(task) = self.queue.pop_front() else { break };
             self.start(task, round, threads);
         }
+    }
+
+    /// Whether the next job is to wait for a process that may take it on, or that may turn out to.
+    fn next_has_a_process(&self) -> bool {
+        let Some(next) = self.queue.front().map(|&next| &self.tasks[next]) else { return false };
+        let may_take_it = |hand: &Hand| {
+            (hand.phase == Phase::Loading || hand.slowest_load > SLOW_LOAD)
+                && may_follow(&self.tasks[hand.task], next)
+        };
+        self.schedule.is_settled() && self.hands.values().any(may_take_it)
     }
 
     fn start(&mut self, task: usize, round: usize, threads: usize) {
@@ -190,7 +210,10 @@ impl<'a> Runner<'a> {
         };
         process.order(&order);
         self.changes.push(Change::Began { job, process: process.id, threads });
-        self.hands.insert(self.hired, Hand { task, process, phase: Phase::Loading, round });
+        self.hands.insert(
+            self.hired,
+            Hand { task, process, phase: Phase::Loading, round, threads, slowest_load: 0.0 },
+        );
         self.hired += 1;
     }
 
@@ -252,6 +275,7 @@ impl<'a> Runner<'a> {
             Reply::Ready { seconds, photons, passes, inputs } => {
                 (task.photons_a_pass, task.passes) = (Some(photons as f64), passes);
                 hand.phase = Phase::Ready;
+                hand.slowest_load = hand.slowest_load.max(seconds);
                 self.changes.push(Change::Loaded { job, seconds, inputs });
             }
             Reply::Pass { passes } => task.passes_done = passes,
@@ -330,14 +354,17 @@ impl<'a> Runner<'a> {
     /// Gives a process that has done its job the next one, if that is allowed.
     fn go_on(&mut self, number: usize) -> bool {
         let (Some(hand), Some(&next)) = (self.hands.get(&number), self.queue.front()) else { return false };
-        if !may_follow(&self.tasks[hand.task].job, &self.tasks[next].job) {
+        let is_worth_it = hand.slowest_load > SLOW_LOAD && self.schedule.is_settled();
+        let is_theirs = hand.threads == self.schedule.layout().threads;
+        if !is_worth_it || !is_theirs || !may_follow(&self.tasks[hand.task], &self.tasks[next]) {
             return false;
         }
         let order = self.prepare(&self.tasks[next].job);
-        let (job, threads) = (self.tasks[next].job.name.clone(), self.schedule.layout().threads);
+        let job = self.tasks[next].job.name.clone();
+        let Some((round, threads)) = self.schedule.assign() else { return false };
         let Some(hand) = self.hands.get_mut(&number) else { return false };
         self.queue.pop_front();
-        (hand.task, hand.phase) = (next, Phase::Loading);
+        (hand.task, hand.phase, hand.round) = (next, Phase::Loading, round);
         self.changes.push(Change::Began { job, process: hand.process.id, threads });
         hand.process.order(&order);
         true

@@ -92,6 +92,11 @@ impl Schedule {
         self.round
     }
 
+    /// Whether no layout is tried any more.
+    pub fn is_settled(&self) -> bool {
+        self.round >= self.trials.len()
+    }
+
     /// The round for another job, and its threads; `None` while it is not known what comes after the trials.
     pub fn assign(&mut self) -> Option<(usize, usize)> {
         let full =

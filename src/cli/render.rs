@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use super::args::RenderArgs;
 use super::checkpoints::Checkpoints;
 use super::error::{CliError, Outcome};
@@ -10,7 +12,7 @@ use super::{load, memory, use_threads};
 use crate::checkpoint::Checkpoint;
 use crate::effects::{EyePaths, Unseen};
 use crate::ppm::{ErrorEstimates, Kinds, PictureError, Planning, Render, Settings};
-use crate::scene::{Access, Scene, SceneDesc};
+use crate::scene::{Access, Scene, SceneDesc, Traversal, TraversalError};
 
 /// Renders a scene by photon mapping: passes until the budget is spent or the target reached, then the picture.
 pub fn run(args: &RenderArgs) -> Result<Outcome, CliError> {
@@ -43,7 +45,7 @@ pub struct Prepared<'a> {
     args: &'a RenderArgs,
     settings: Settings,
     pub budget: Budget,
-    scene: Scene,
+    scene: Arc<Scene>,
     outputs: Outputs,
     checkpoints: Option<Checkpoints>,
     resumed: Option<Checkpoint<'static>>,
@@ -52,6 +54,16 @@ pub struct Prepared<'a> {
 
 impl<'a> Prepared<'a> {
     pub fn new(args: &'a RenderArgs, access: Access, threads: usize) -> Result<Prepared<'a>, CliError> {
+        Prepared::following(None, args, access, threads)
+    }
+
+    /// With the tree of a scene before, where the surfaces lie as they do there.
+    pub fn following(
+        before: Option<&Scene>,
+        args: &'a RenderArgs,
+        access: Access,
+        threads: usize,
+    ) -> Result<Prepared<'a>, CliError> {
         let mut desc = load(&args.scene, access)?;
         desc.film = args.run.size.map_or(desc.film, |size| desc.film.resized(size));
         let settings = settings(args, &desc);
@@ -66,8 +78,12 @@ impl<'a> Prepared<'a> {
         let outputs = Outputs::check(args, &desc, threads, passes_before)?;
         let budget = budget(args, &desc);
         let live = Live::start(&args.run, &desc.name);
-        let scene = Scene::with_traversal(desc, args.run.traversal.into())?;
+        let scene = Arc::new(build(before, desc, args.run.traversal.into())?);
         Ok(Prepared { args, settings, budget, scene, outputs, checkpoints, resumed, live })
+    }
+
+    pub fn scene(&self) -> Arc<Scene> {
+        Arc::clone(&self.scene)
     }
 
     pub fn photons(&self) -> u64 {
@@ -100,6 +116,13 @@ impl<'a> Prepared<'a> {
         let finished = session.finish(keeps, writes);
         first_error([ended, finished])?;
         Ok(session.rendered())
+    }
+}
+
+fn build(before: Option<&Scene>, desc: SceneDesc, traversal: Traversal) -> Result<Scene, TraversalError> {
+    match before {
+        Some(before) if before.traversal() == traversal => before.successor(desc),
+        _ => Scene::with_traversal(desc, traversal),
     }
 }
 

@@ -4,6 +4,7 @@ use std::ffi::OsString;
 use std::fs;
 use std::io::{self, BufRead};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -18,7 +19,7 @@ use super::render::{Leaving, Prepared};
 use super::{memory, use_threads};
 use crate::batch::{Done, FileHash, Order, Reply, hash_file};
 use crate::input;
-use crate::scene::{Access, FilesRead};
+use crate::scene::{Access, FilesRead, MeshMemory, Scene};
 
 /// Renders one job after the other until there are no more orders.
 pub fn run(args: &WorkerArgs) -> Result<Outcome, CliError> {
@@ -28,11 +29,19 @@ pub fn run(args: &WorkerArgs) -> Result<Outcome, CliError> {
     let (send, orders) = mpsc::channel();
     let stop = interrupt.clone();
     thread::spawn(move || listen(&send, &stop));
+    let mut kept = Kept { meshes: args.keep_geometry.then(Arc::default), scene: None };
     while let Ok(Order::Prepare { arguments }) = orders.recv() {
-        let job = Job { orders: &orders, interrupt: &interrupt, threads, files: FilesRead::default() };
+        let files = FilesRead::default();
+        let mut job = Job { orders: &orders, interrupt: &interrupt, threads, files, kept: &mut kept };
         job.make(&arguments)?;
     }
     Ok(Outcome::Done)
+}
+
+/// What a job leaves to the next.
+struct Kept {
+    meshes: Option<Arc<MeshMemory>>,
+    scene: Option<Arc<Scene>>,
 }
 
 /// What the process writes to counts; what it only reserves does not.
@@ -69,10 +78,11 @@ struct Job<'a> {
     interrupt: &'a Interrupt,
     threads: usize,
     files: FilesRead,
+    kept: &'a mut Kept,
 }
 
 impl Job<'_> {
-    fn make(&self, arguments: &[String]) -> Result<(), CliError> {
+    fn make(&mut self, arguments: &[String]) -> Result<(), CliError> {
         let reply = match parse(arguments) {
             Ok(args) => self.render(&args).unwrap_or_else(|error| self.failed(&error)),
             Err(error) => Reply::Failed { reason: error.to_string(), memory: false, inputs: Vec::new() },
@@ -80,9 +90,10 @@ impl Job<'_> {
         tell(&reply)
     }
 
-    fn render(&self, args: &RenderArgs) -> Result<Reply, CliError> {
+    fn render(&mut self, args: &RenderArgs) -> Result<Reply, CliError> {
         let started = Instant::now();
         let prepared = self.prepare(args)?;
+        self.kept.scene = self.kept.meshes.is_some().then(|| prepared.scene());
         tell(&Reply::Ready {
             seconds: started.elapsed().as_secs_f64(),
             photons: prepared.photons(),
@@ -115,15 +126,23 @@ impl Job<'_> {
 
     /// A checkpoint that does not fit is that of another scene or other settings, which the job had before.
     fn prepare<'a>(&self, args: &'a RenderArgs) -> Result<Prepared<'a>, CliError> {
-        let access = || Access::from(&args.run.access).recording(&self.files);
-        match Prepared::new(args, access(), self.threads) {
+        match self.begin(args) {
             Err(CliError::Checkpoint(error)) => {
                 note!("note: {error}; the render starts anew");
                 remove_checkpoint(args);
-                Prepared::new(args, access(), self.threads)
+                self.begin(args)
             }
             prepared => prepared,
         }
+    }
+
+    fn begin<'a>(&self, args: &'a RenderArgs) -> Result<Prepared<'a>, CliError> {
+        let access = Access::from(&args.run.access).recording(&self.files);
+        let access = match &self.kept.meshes {
+            Some(meshes) => access.remembering(Arc::clone(meshes)),
+            None => access,
+        };
+        Prepared::following(self.kept.scene.as_deref(), args, access, self.threads)
     }
 
     fn failed(&self, error: &CliError) -> Reply {

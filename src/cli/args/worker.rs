@@ -17,4 +17,7 @@ pub struct WorkerArgs {
     /// Bytes that the process may hold
     #[arg(long, value_name = "BYTES", value_parser = parse_bytes)]
     pub memory_limit: Option<u64>,
+    /// Keep meshes and the tree of a scene for the next, which may share them
+    #[arg(long)]
+    pub keep_geometry: bool,
 }
