@@ -179,6 +179,8 @@ fn a_file_that_turns_up_counts_as_a_change() {
     let run = || told(&batch(folder.path(), &["a.toml", "-o", "out"]));
     assert_eq!((run(), run()), ("1 0 0 0".into(), "0 1 0 0".into()));
     let grey = bytes(folder.path(), "out/a.exr");
+    let attempt = &status(folder.path(), "out")["a"]["attempts"][0];
+    assert!(attempt["last_words"].as_str().unwrap().contains("m.mtl: cannot be read"), "{attempt}");
     fs::write(folder.path().join("m.mtl"), "newmtl x\nKd 1 0 0\n").unwrap();
     assert_eq!(run(), "1 0 0 0");
     assert!(bytes(folder.path(), "out/a.exr") != grey);

@@ -44,6 +44,15 @@ pub enum Change {
         /// The last lines of its standard error.
         last_words: String,
     },
+    /// The process of a job that is over had warned of something.
+    Warned {
+        /// Its name.
+        job: String,
+        /// The process.
+        process: u32,
+        /// Its last warnings, a line each.
+        warnings: String,
+    },
 }
 
 /// What came of an attempt.

@@ -343,6 +343,20 @@ mod tests {
     }
 
     #[test]
+    fn warnings_are_those_of_their_process() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut ledger = ledger(folder.path());
+        let warned =
+            |job: &str, process| Change::Warned { job: job.into(), process, warnings: "warning: w".into() };
+        let silent = Change::Ended { job: "b".into(), verdict: done(), last_words: String::new() };
+        ledger.note(&[silent, warned("b", 8)], "1.0").unwrap();
+        let words = |ledger: &Ledger| ledger.attempts("b").unwrap()[0].last_words.clone().unwrap();
+        assert_eq!(words(&ledger), "", "another process");
+        ledger.note(&[warned("b", 7)], "1.0").unwrap();
+        assert_eq!(words(&ledger), "warning: w");
+    }
+
+    #[test]
     fn jobs_that_died_wait_and_keep_their_reasons() {
         let folder = tempfile::tempdir().unwrap();
         let mut ledger = ledger(folder.path());

@@ -56,6 +56,12 @@ pub(super) fn apply(transaction: &Transaction, change: &Change, program: &str) -
             replace_files(transaction, "inputs", job, inputs)?;
         }
         Change::Ended { job, verdict, last_words } => end(transaction, job, verdict, last_words, program)?,
+        Change::Warned { job, process, warnings } => {
+            transaction.execute(
+                "UPDATE attempts SET last_words = ?3 WHERE job = ?1 AND process = ?2 AND last_words = ''",
+                params![job, process, warnings],
+            )?;
+        }
     }
     Ok(())
 }

@@ -126,7 +126,16 @@ fn table(rows: &[Row], attempts: &BTreeMap<String, Vec<Attempt>>) -> String {
     let titles: String = ["job", "scene"]
         .into_iter()
         .chain(varying.iter().map(String::as_str))
-        .chain(["state", "passes", "load (s)", "render (s)", "error", "error at most", "attempts", "reason"])
+        .chain([
+            "state",
+            "passes",
+            "load (s)",
+            "render (s)",
+            "error",
+            "error at most",
+            "attempts",
+            "reason or warnings",
+        ])
         .map(title)
         .collect();
     let body: String = rows.iter().map(|row| table_row(row, &varying, attempts)).collect();
@@ -138,6 +147,7 @@ fn table(rows: &[Row], attempts: &BTreeMap<String, Vec<Attempt>>) -> String {
 fn table_row(row: &Row, varying: &[String], attempts: &BTreeMap<String, Vec<Attempt>>) -> String {
     let attempts = attempts.get(&row.job.name).map_or(&[][..], Vec::as_slice);
     let load = attempts.last().and_then(|attempt| attempt.load_seconds);
+    let warnings = attempts.last().and_then(|attempt| attempt.last_words.as_deref()).unwrap_or_default();
     let word = |text: &str| format!("<td class=\"words\">{}</td>", escape(text));
     let number = |text: Option<String>| format!("<td>{}</td>", text.unwrap_or_else(|| "-".into()));
     let seconds = |seconds: Option<f64>| number(seconds.map(|seconds| format!("{seconds:.3}")));
@@ -152,7 +162,7 @@ fn table_row(row: &Row, varying: &[String], attempts: &BTreeMap<String, Vec<Atte
         number(row.error.filter(|_| is_done).map(percent)),
         number(row.error_bound.filter(|_| is_done).map(percent)),
         number(Some(attempts.len().to_string())),
-        word(row.reason.as_deref().unwrap_or_default()),
+        word(row.reason.as_deref().unwrap_or(warnings)),
     ]);
     format!("<tr class=\"{}\">{}</tr>\n", row.state.name(), cells.concat())
 }

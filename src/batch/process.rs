@@ -140,6 +140,12 @@ impl End {
         self.last_words.lines().find(tells).or_else(|| self.last_words.lines().next_back())
     }
 
+    /// What it warned of, as far as it is among its last words.
+    pub fn warnings(&self) -> String {
+        let warnings = self.last_words.lines().filter(|line| line.starts_with("warning: "));
+        warnings.collect::<Vec<_>>().join("\n")
+    }
+
     /// Whether it died for want of memory, by what it said.
     pub fn was_short_of_memory(&self) -> bool {
         WANT_OF_MEMORY.iter().any(|words| self.last_words.contains(words))
@@ -191,6 +197,12 @@ mod tests {
     fn want_of_memory_is_known_by_its_words() {
         assert!(end(6, "memory allocation of 800 bytes failed").was_short_of_memory());
         assert!(!end(6, "thread 'main' panicked").was_short_of_memory());
+    }
+
+    #[test]
+    fn warnings_are_kept_and_other_words_are_not() {
+        assert_eq!(end(0, "note: one\nwarning: two\nthree").warnings(), "warning: two");
+        assert_eq!(end(0, "").warnings(), "");
     }
 
     #[test]

@@ -303,7 +303,7 @@ impl<'a> Runner<'a> {
         let Some(hand) = self.hands.get(&number) else { return };
         let limit = self.tasks[hand.task].job.memory_limit;
         match (hand.phase, limit) {
-            (Phase::Over, _) => {}
+            (Phase::Over, _) => self.warned(number, end.warnings()),
             (Phase::Loading | Phase::Ready, _) if self.is_stopping => self.over(number, Verdict::Stopped, ""),
             (_, Some(limit)) if end.was_short_of_memory() => {
                 let reason = out_of_memory(limit, &end.reason());
@@ -312,6 +312,12 @@ impl<'a> Runner<'a> {
             _ => self.died(number, &end.reason(), &end.last_words),
         }
         self.hands.remove(&number);
+    }
+
+    fn warned(&mut self, number: usize, warnings: String) {
+        let Some(hand) = self.hands.get(&number).filter(|_| !warnings.is_empty()) else { return };
+        let job = self.tasks[hand.task].job.name.clone();
+        self.changes.push(Change::Warned { job, process: hand.process.id, warnings });
     }
 
     /// It is begun again, if that is not too often.
