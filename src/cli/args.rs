@@ -9,6 +9,7 @@ mod doctor;
 mod explain;
 mod info;
 mod man;
+mod merge;
 mod reference;
 mod render;
 mod run;
@@ -30,6 +31,7 @@ pub use doctor::DoctorArgs;
 pub use explain::ExplainArgs;
 pub use info::InfoArgs;
 pub use man::ManArgs;
+pub use merge::MergeArgs;
 pub use reference::ReferenceArgs;
 pub use render::RenderArgs;
 pub use run::{AccessArgs, DisplayArgs, RunArgs, Traversal};
@@ -37,6 +39,7 @@ pub use status::FarmStatusArgs;
 pub use study::StudyArgs;
 pub use submit::SubmitArgs;
 pub use surface::SurfaceArgs;
+pub use values::PassesArg;
 pub use worker::WorkerArgs;
 
 /// Progressive photon mapping on Embree 4: caustics from small lights, in mirrors, through glass, under water.
@@ -58,8 +61,9 @@ Examples:
   caustica batch data/*.toml --passes 64 -o out/batch
   caustica convert data/cornell_b.toml out/cornell_b.xml
 
-Exit codes: 0 done; 1 a comparison exceeded its bound, the doctor found faults, jobs of a batch failed, or a
-file could not be written; 2 wrong input or arguments, nothing was written; 130 interrupted, the picture so far was written;
+Exit codes: 0 done; 1 a comparison exceeded its bound, the doctor found faults, jobs of a batch failed, passes are
+missing, or a file could not be written; 2 wrong input or arguments, nothing was written; 130 interrupted, the picture so far
+was written;
 141 standard output was closed.";
 
 #[derive(Debug, Subcommand)]
@@ -68,6 +72,8 @@ pub enum Command {
     Render(RenderArgs),
     /// Render a scene by path or light tracing: the unbiased picture that photon mapping is checked against
     Reference(ReferenceArgs),
+    /// Merge the shards of a picture, which `render --partial` wrote, into the picture
+    Merge(MergeArgs),
     /// Compare two pictures in HDR
     Compare(CompareArgs),
     /// Say what a scene holds and how it would be rendered

@@ -110,7 +110,7 @@ fn budget(args: &RunBatchArgs) -> Settings {
 }
 
 /// Flags of `caustica render` that are not for jobs.
-const BARRED: [(&str, &str); 10] = [
+const BARRED: [(&str, &str); 11] = [
     ("output", "its picture is FOLDER/NAME.exr; give `name`"),
     ("threads", "the batch shares them out; give --threads to `caustica batch`"),
     ("reproducible", "pictures of a batch always are"),
@@ -119,6 +119,7 @@ const BARRED: [(&str, &str); 10] = [
     ("json", "the ledger keeps times and errors"),
     ("every-pass", "a job has one picture"),
     ("direct", "a job has one picture; `transport = \"direct\"` makes that of direct light"),
+    ("partial", "a job has a picture, not a shard; `caustica submit` spreads one over machines"),
     ("display-server", "a viewer shows one render"),
     ("denoise", "a job has one picture"),
 ];

@@ -12,8 +12,10 @@ use crate::doctor::StabilityError;
 use crate::embree::EmbreeError;
 use crate::farm::FarmError;
 use crate::output::OutputError;
+use crate::ppm::DependentPasses;
 use crate::regression::PairsError;
 use crate::scene::{SaveError, SceneError, TraversalError};
+use crate::shard::{PassRange, Passes, ShardError};
 use crate::study::StudyError;
 
 /// How a command ended without an error.
@@ -27,6 +29,8 @@ pub enum Outcome {
     SomeFailed,
     /// What was to be examined cannot be read.
     NotLoaded,
+    /// Passes are missing.
+    Incomplete,
     Interrupted,
 }
 
@@ -34,7 +38,7 @@ impl Outcome {
     pub fn exit_code(self) -> ExitCode {
         ExitCode::from(match self {
             Outcome::Done => 0,
-            Outcome::BoundExceeded | Outcome::Unsound | Outcome::SomeFailed => 1,
+            Outcome::BoundExceeded | Outcome::Unsound | Outcome::SomeFailed | Outcome::Incomplete => 1,
             Outcome::NotLoaded => 2,
             Outcome::Interrupted => 130,
         })
@@ -96,6 +100,35 @@ pub enum CliError {
     #[error("cannot find out where the program is and what paths mean: {source}")]
     Program { source: std::io::Error },
     #[error(transparent)]
+    Shard(#[from] ShardError),
+    #[error(transparent)]
+    Dependent(#[from] DependentPasses),
+    #[error(
+        "--partial renders the passes A..B of a picture; give them as --passes A..B, such as --passes 0..100"
+    )]
+    NoRange,
+    #[error("--passes {range} are some of the passes of a picture, which make a shard; give --partial, or --passes {} for all up to there", .range.end)]
+    RangeAlone { range: PassRange },
+    #[error("--partial does not go with {flag}: {reason}")]
+    NotInPart { flag: &'static str, reason: &'static str },
+    #[error("{path}: a shard is a file that ends in .shard; name another one", path = path.display())]
+    NotShardName { path: PathBuf },
+    #[error(
+        "{path}: there is a shard of another picture already:\n  {}\nname another file, or remove it",
+        .differences.join("\n  "), path = path.display()
+    )]
+    OtherShard { path: PathBuf, differences: Vec<String> },
+    #[error("{path}: there is a shard already with the passes {passes}, which are not the beginning of {range}; name another file, or remove it", path = path.display())]
+    OtherPasses { path: PathBuf, passes: Passes, range: PassRange },
+    #[error("{path}: there is no file in it that ends in .shard; name another folder, or render some", path = path.display())]
+    NoShards { path: PathBuf },
+    #[error("{path}: the folder cannot be read: {source}", path = path.display())]
+    Folder { path: PathBuf, source: std::io::Error },
+    #[error(
+        "passes {passes} are in the shards, but not among {range}, which the picture is to have; leave those shards out, or give other --passes"
+    )]
+    Beyond { passes: Passes, range: PassRange },
+    #[error(transparent)]
     Stability(#[from] StabilityError),
     #[error(transparent)]
     Bench(#[from] BenchError),
@@ -141,6 +174,17 @@ impl CliError {
             | CliError::RenderFlags { .. }
             | CliError::Quotes { .. }
             | CliError::Farm(_)
+            | CliError::Shard(_)
+            | CliError::Dependent(_)
+            | CliError::NoRange
+            | CliError::RangeAlone { .. }
+            | CliError::NotInPart { .. }
+            | CliError::NotShardName { .. }
+            | CliError::OtherShard { .. }
+            | CliError::OtherPasses { .. }
+            | CliError::NoShards { .. }
+            | CliError::Folder { .. }
+            | CliError::Beyond { .. }
             | CliError::Memory { .. }
             | CliError::MemoryLimit { .. }
             | CliError::Bench(BenchError::TooFewHitPoints { .. } | BenchError::NoPhotons { .. })

@@ -2,6 +2,7 @@ use super::error::CliError;
 use crate::input;
 use crate::ppm::Settings;
 use crate::scene::FilmDesc;
+use crate::shard::Sums;
 
 /// The most memory that the process ever held, in bytes; `None` where the system does not tell.
 pub fn peak_bytes() -> Option<u64> {
@@ -20,14 +21,29 @@ const OF_PHOTON: u64 = 100;
 
 /// Refuses a render by photon mapping that this machine has not the memory for, before any is taken.
 pub fn check_render(film: &FilmDesc, settings: &Settings) -> Result<(), CliError> {
+    check(of_render(film, settings), &told(film, settings), LESS)
+}
+
+const LESS: &str = "fewer pixels (--size), samples or photons";
+
+fn of_render(film: &FilmDesc, settings: &Settings) -> u64 {
     let pixels = u64::from(film.width) * u64::from(film.height);
     let of_eye = pixels.saturating_mul(OF_PIXEL + OF_EYE_SAMPLE * u64::from(settings.samples));
-    let bytes = of_eye.saturating_add(settings.photons.saturating_mul(OF_PHOTON));
-    let what = format!(
+    of_eye.saturating_add(settings.photons.saturating_mul(OF_PHOTON))
+}
+
+fn told(film: &FilmDesc, settings: &Settings) -> String {
+    format!(
         "{} x {} pixels of {} samples with {} photons a pass",
         film.width, film.height, settings.samples, settings.photons
-    );
-    check(bytes, &what, "fewer pixels (--size), samples or photons")
+    )
+}
+
+/// The same for some passes of it.
+pub fn check_partial(film: &FilmDesc, settings: &Settings) -> Result<(), CliError> {
+    let pixels = u64::from(film.width) * u64::from(film.height);
+    let bytes = of_render(film, settings).saturating_add(pixels * Sums::BYTES_A_PIXEL as u64);
+    check(bytes, &told(film, settings), LESS)
 }
 
 /// The same for a picture of the reference.

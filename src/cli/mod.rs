@@ -23,7 +23,9 @@ mod interrupt;
 mod json_lines;
 mod live;
 mod memory;
+mod merge;
 mod outputs;
+mod partial;
 mod pictures;
 mod progress;
 mod reference;
@@ -44,7 +46,7 @@ use crate::scene::{Access, SceneDesc, load_with};
 
 /// Runs the command that the process was started with.
 ///
-/// Exit codes: 0 done; 1 a comparison exceeded its bound, a scene or the program is not sound, jobs of a batch failed, or a file
+/// Exit codes: 0 done; 1 a comparison exceeded its bound, a scene or the program is not sound, jobs of a batch failed, passes are missing, or a file
 /// could not be written; 2 the input or the arguments are wrong, nothing was written; 130 interrupted, the picture so far was written;
 /// 141 whoever read standard output has closed it.
 pub fn run() -> ExitCode {
@@ -59,8 +61,10 @@ pub fn run() -> ExitCode {
 
 fn dispatch(command: Command) -> Result<Outcome, CliError> {
     match command {
+        Command::Render(args) if args.partial => partial::run(&args),
         Command::Render(args) => render::run(&args),
         Command::Reference(args) => reference::run(&args),
+        Command::Merge(args) => merge::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Doctor(args) => doctor::run(&args),

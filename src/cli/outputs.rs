@@ -149,37 +149,42 @@ impl Outputs {
 
     /// The facts of the picture, for its header.
     fn metadata(&self, render: &Render, seconds: f64) -> Metadata {
-        let settings = render.settings();
-        let aimed = render.setup().aim.map_or(0, |aim| aim.budget.aimed);
-        let guided = render.setup().guide.map_or(0.0, |guide| guide.share);
-        let metadata = Metadata::new()
-            .with_world_to_camera(render.scene().camera().world_to_camera())
-            .with("caustica:version", Value::Text(env!("CARGO_PKG_VERSION").into()))
-            .with("caustica:method", Value::Text("progressive photon mapping".into()))
-            .with("caustica:scene", Value::Text(self.scene.clone()))
-            .with("caustica:passes", Value::Integer(render.passes().into()))
-            .with("caustica:photons", Value::Integer(settings.photons as i64))
-            .with("caustica:aimed_photons", Value::Integer(aimed as i64))
-            .with("caustica:guided_share", Value::Double(guided))
-            .with("caustica:alpha", Value::Double(settings.alpha))
-            .with("caustica:radius", Value::Double(render.setup().radius))
-            .with("caustica:samples", Value::Integer(settings.samples.into()))
-            .with("caustica:depth", Value::Integer(settings.depth.into()))
-            .with("caustica:radius_policy", Value::Text(settings.policy.to_string()))
-            .with("caustica:precision", Value::Text(format!("{:?}", settings.precision).to_lowercase()))
-            .with("caustica:sampling", Value::Text(format!("{:?}", settings.sampling).to_lowercase()))
-            .with("caustica:traversal", Value::Text(self.traversal.to_string()))
-            .with("caustica:transport", Value::Text(render.plan().classes.to_string()))
-            .with("caustica:plan", Value::Text(render.plan().to_string()))
-            .with("caustica:seed", Value::Text(settings.seed.to_string()))
-            .with("caustica:eye_paths", Value::Text(render.eye_paths().to_string()))
-            .with("caustica:eye_seed", Value::Text(settings.key_of_eye_paths().to_string()));
+        let metadata = described(render, &self.scene, self.traversal);
         let metadata = match self.layers {
             Some(confidence) => metadata.with("caustica:confidence", Value::Double(confidence)),
             None => metadata,
         };
         with_circumstances(metadata, self.reproducible, seconds)
     }
+}
+
+/// What of the picture follows from scene, settings and passes.
+pub fn described(render: &Render, scene: &str, traversal: Traversal) -> Metadata {
+    let settings = render.settings();
+    let aimed = render.setup().aim.map_or(0, |aim| aim.budget.aimed);
+    let guided = render.setup().guide.map_or(0.0, |guide| guide.share);
+    Metadata::new()
+        .with_world_to_camera(render.scene().camera().world_to_camera())
+        .with("caustica:version", Value::Text(env!("CARGO_PKG_VERSION").into()))
+        .with("caustica:method", Value::Text("progressive photon mapping".into()))
+        .with("caustica:scene", Value::Text(scene.into()))
+        .with("caustica:passes", Value::Integer(render.passes().into()))
+        .with("caustica:photons", Value::Integer(settings.photons as i64))
+        .with("caustica:aimed_photons", Value::Integer(aimed as i64))
+        .with("caustica:guided_share", Value::Double(guided))
+        .with("caustica:alpha", Value::Double(settings.alpha))
+        .with("caustica:radius", Value::Double(render.setup().radius))
+        .with("caustica:samples", Value::Integer(settings.samples.into()))
+        .with("caustica:depth", Value::Integer(settings.depth.into()))
+        .with("caustica:radius_policy", Value::Text(settings.policy.to_string()))
+        .with("caustica:precision", Value::Text(format!("{:?}", settings.precision).to_lowercase()))
+        .with("caustica:sampling", Value::Text(format!("{:?}", settings.sampling).to_lowercase()))
+        .with("caustica:traversal", Value::Text(traversal.to_string()))
+        .with("caustica:transport", Value::Text(render.plan().classes.to_string()))
+        .with("caustica:plan", Value::Text(render.plan().to_string()))
+        .with("caustica:seed", Value::Text(settings.seed.to_string()))
+        .with("caustica:eye_paths", Value::Text(render.eye_paths().to_string()))
+        .with("caustica:eye_seed", Value::Text(settings.key_of_eye_paths().to_string()))
 }
 
 /// Where kinds are kept apart.

@@ -40,6 +40,11 @@ impl Progress {
     /// Counts on from what a process before this one did.
     pub fn resume(&mut self, steps: u32, seconds: f64) {
         self.seconds_before = seconds;
+        self.resume_at(steps);
+    }
+
+    /// The same where nobody asks for seconds.
+    pub fn resume_at(&self, steps: u32) {
         self.bar.set_position(u64::from(steps));
         self.bar.reset_eta();
     }

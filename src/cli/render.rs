@@ -1,6 +1,6 @@
 use std::sync::Arc;
 
-use super::args::RenderArgs;
+use super::args::{PassesArg, RenderArgs};
 use super::checkpoints::Checkpoints;
 use super::error::{CliError, Outcome};
 use super::error_watch::{ErrorWatch, percent};
@@ -11,7 +11,7 @@ use super::progress::{Budget, Progress};
 use super::{load, memory, use_threads};
 use crate::checkpoint::Checkpoint;
 use crate::effects::{EyePaths, Unseen};
-use crate::ppm::{ErrorEstimates, Kinds, PictureError, Planning, Render, Settings};
+use crate::ppm::{ErrorEstimates, Kinds, PictureError, Planning, RadiusPolicy, Render, Settings};
 use crate::scene::{Access, Scene, SceneDesc, Traversal, TraversalError};
 
 /// Renders a scene by photon mapping: passes until the budget is spent or the target reached, then the picture.
@@ -64,6 +64,7 @@ impl<'a> Prepared<'a> {
         access: Access,
         threads: usize,
     ) -> Result<Prepared<'a>, CliError> {
+        let passes = count_of_passes(args)?;
         let mut desc = load(&args.scene, access)?;
         desc.film = args.run.size.map_or(desc.film, |size| desc.film.resized(size));
         let settings = settings(args, &desc);
@@ -76,7 +77,7 @@ impl<'a> Prepared<'a> {
         };
         let passes_before = resumed.as_ref().map(|checkpoint| checkpoint.render.passes());
         let outputs = Outputs::check(args, &desc, threads, passes_before)?;
-        let budget = budget(args, &desc);
+        let budget = budget(args, passes, &desc);
         let live = Live::start(&args.run, &desc.name);
         let scene = Arc::new(build(before, desc, args.run.traversal.into())?);
         Ok(Prepared { args, settings, budget, scene, outputs, checkpoints, resumed, live })
@@ -220,7 +221,8 @@ fn first_error<const N: usize>(results: [Result<(), CliError>; N]) -> Result<(),
     Err(first)
 }
 
-fn announce(args: &RenderArgs, render: &Render) {
+/// Says what the set-up found.
+pub fn announce(args: &RenderArgs, render: &Render) {
     let found = if render.settings().radius.is_some() { "" } else { " (found: two pixels wide)" };
     note!("{} hit points, radius {:.4}{found}", render.setup().hit_points, render.setup().radius);
     if render.eye_paths() == EyePaths::Retraced {
@@ -264,7 +266,8 @@ fn check_target(args: &RenderArgs, settings: &Settings) -> Result<(), CliError> 
     }
 }
 
-fn settings(args: &RenderArgs, desc: &SceneDesc) -> Settings {
+/// What the scene asks for, and the user in its place.
+pub fn settings(args: &RenderArgs, desc: &SceneDesc) -> Settings {
     let of_scene = Settings::of_scene(&desc.render);
     Settings {
         samples: args.samples.unwrap_or(of_scene.samples),
@@ -274,7 +277,7 @@ fn settings(args: &RenderArgs, desc: &SceneDesc) -> Settings {
         guiding: args.guiding.into(),
         alpha: args.alpha.unwrap_or(of_scene.alpha),
         radius: args.radius.or(of_scene.radius),
-        policy: args.radius_policy.into(),
+        policy: args.radius_policy.map_or_else(RadiusPolicy::default, Into::into),
         precision: args.precision.into(),
         sampling: args.sampling.into(),
         seed: args.run.seed,
@@ -295,8 +298,16 @@ fn error_estimates(args: &RenderArgs) -> ErrorEstimates {
     }
 }
 
-fn budget(args: &RenderArgs, desc: &SceneDesc) -> Budget {
+fn count_of_passes(args: &RenderArgs) -> Result<Option<u32>, CliError> {
+    match args.passes {
+        None => Ok(None),
+        Some(PassesArg::Count(passes)) => Ok(Some(passes)),
+        Some(PassesArg::Range(range)) => Err(CliError::RangeAlone { range }),
+    }
+}
+
+fn budget(args: &RenderArgs, passes: Option<u32>, desc: &SceneDesc) -> Budget {
     let open = args.run.time.is_some() || args.target_error.is_some();
     let of_scene = (!open).then_some(desc.render.passes);
-    Budget { steps: args.passes.or(of_scene), seconds: args.run.time }
+    Budget { steps: passes.or(of_scene), seconds: args.run.time }
 }

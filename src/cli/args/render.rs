@@ -3,7 +3,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::RunArgs;
-use super::values::{aiming, count, number, share};
+use super::values::{PassesArg, aiming, count, number, passes, share};
 use crate::bsdf::DiffuseSampling;
 use crate::effects::{self, PathClass};
 use crate::ppm;
@@ -17,22 +17,28 @@ Examples:
   caustica render data/course_water.toml --target-error 5% --confidence 90% --layers
   caustica render data/cornell_b.toml --transport caustic -o out/caustic.exr
   caustica render data/course_water.toml --passes 100000 --checkpoint out/water.checkpoint --resume
+  caustica render data/course_water.toml --passes 100..200 --partial -o out/water.100-200.shard
 
 Ctrl-C finishes the pass under way and writes the picture, and the checkpoint where one is kept;
-a second one stops at once. The last command may be killed and given again at any time.
-docs/long-runs.md tells more.
+a second one stops at once. So do TERM and USR1. The last two commands may be killed and given again at
+any time. docs/long-runs.md and docs/shards.md tell more.
 
 A flag --some-name may be given as the variable CAUSTICA_SOME_NAME, too. Flags win over variables, those over the
 scene file; docs/configuration.md tells more.")]
 pub struct RenderArgs {
     /// The scene (TOML, or XML of Mitsuba 3)
     pub scene: PathBuf,
-    /// The picture: EXR, and a PNG of the same name beside it [default: out/SCENE.exr]
-    #[arg(short, long, value_name = "FILE.exr")]
+    /// The picture: EXR, and a PNG of the same name beside it [default: out/SCENE.exr]; with --partial the shard [default:
+    /// out/SCENE.A-B.shard]
+    #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Photon passes; 0 renders direct light alone [default: the scene's; unlimited with --time or --target-error]
-    #[arg(long, allow_negative_numbers = true, value_name = "N")]
-    pub passes: Option<u32>,
+    /// Photon passes; 0 renders direct light alone [default: the scene's; unlimited with --time or --target-error]; with --partial
+    /// those from A, counted from 0, to the one before B
+    #[arg(long, allow_negative_numbers = true, value_name = "N|A..B", value_parser = passes)]
+    pub passes: Option<PassesArg>,
+    /// Render the passes A..B alone, into a shard, which `caustica merge` makes a picture of with others; given again, it goes on
+    #[arg(long)]
+    pub partial: bool,
     /// Photons a pass, such as 100000 or 1e6 [default: the scene's]
     #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = count)]
     pub photons: Option<u64>,
@@ -54,9 +60,9 @@ pub struct RenderArgs {
     /// Longest chain of mirrors and interfaces that an eye path follows, 0 to 1024 [default: the scene's]
     #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=1024))]
     pub depth: Option<u32>,
-    /// How gather radii shrink from pass to pass
-    #[arg(long, value_enum, default_value_t = RadiusPolicy::HitPoint)]
-    pub radius_policy: RadiusPolicy,
+    /// How gather radii shrink from pass to pass [default: hit-point; shared with --partial]
+    #[arg(long, value_enum)]
+    pub radius_policy: Option<RadiusPolicy>,
     /// How precisely hit points keep their statistics
     #[arg(long, value_enum, default_value_t = Precision::Double)]
     pub precision: Precision,
@@ -111,7 +117,7 @@ pub struct RenderArgs {
     /// beside the picture, as .checkpoint]
     #[arg(long, value_name = "FILE")]
     pub checkpoint: Option<PathBuf>,
-    /// Write the checkpoint after the pass in which so many seconds are over since the last [default: 60]
+    /// Write the checkpoint, or the shard, after the pass in which so many seconds are over since the last [default: 60]
     #[arg(long, allow_negative_numbers = true, value_name = "SECONDS", value_parser = |s: &str| number(s, 0.0..=1e9))]
     pub checkpoint_every: Option<f64>,
     /// Go on from the checkpoint, if there is one: the same bytes as without the stop. --passes and --time count from the beginning

@@ -5,6 +5,7 @@ use std::ops::RangeBounds;
 use std::str::FromStr;
 
 use crate::ppm;
+use crate::shard::PassRange;
 
 pub fn number(text: &str, range: impl RangeBounds<f64> + Debug) -> Result<f64, String> {
     let value = f64::from_str(text).map_err(|_| format!("`{text}` is not a number"))?;
@@ -52,6 +53,22 @@ pub fn count_up_to(most: u64, text: &str) -> Result<u64, String> {
     match count(text)? {
         n if n <= most => Ok(n),
         n => Err(format!("{n} is more than {most}")),
+    }
+}
+
+/// How many passes, or which.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PassesArg {
+    /// So many from the first.
+    Count(u32),
+    /// `A..B`.
+    Range(PassRange),
+}
+
+pub fn passes(text: &str) -> Result<PassesArg, String> {
+    match text.contains("..") {
+        true => text.parse().map(PassesArg::Range),
+        false => text.parse().map(PassesArg::Count).map_err(|error| format!("{error}")),
     }
 }
 
