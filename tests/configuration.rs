@@ -75,7 +75,7 @@ fn wrong_values_tell_the_variable_and_exit_with_2() {
     let done = run(folder.path(), "render", &variables, &[]);
     let told = text(&done.stderr);
     assert_eq!(done.status.code(), Some(2), "{told}");
-    assert!(told.contains("invalid value 'many' for '--passes <N>'"), "{told}");
+    assert!(told.contains("invalid value 'many' for '--passes <N|A..B>'"), "{told}");
     assert!(
         told.ends_with("taken from the environment: CAUSTICA_PASSES=many CAUSTICA_THREADS=1\n"),
         "{told}"
