@@ -6,7 +6,7 @@ CAUSTICA := $(TARGET)/release/caustica
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup build denoiser render test lint check-docs crosscheck hard-cases convergence fuzz sanitize bench study accuracy instructions install clean gallery
+.PHONY: help setup build denoiser render test lint check-docs crosscheck hard-cases convergence fuzz sanitize bench study accuracy instructions install clean gallery slurm-test
 
 help: ## List these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' Makefile
@@ -50,6 +50,9 @@ check-docs: setup ## Check that links, targets and sub-commands in the documents
 
 crosscheck: build ## Hold pictures against what oiiotool, exrheader, OpenEXR and Mitsuba read in them
 	scripts/crosscheck.sh $(CAUSTICA)
+
+slurm-test: build ## Render by a Slurm of one node, break it on the way, and compare bytes; needs root
+	python3 scripts/slurm_test.py $(CAUSTICA)
 
 hard-cases: setup ## Run the hard cases, and write their table into docs/hard-cases.md
 	scripts/hard_cases.py --update
