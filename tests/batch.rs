@@ -370,7 +370,7 @@ fn a_checkpoint_of_the_scene_before_is_not_used() {
 /// 80 good jobs, 10 broken scenes, 5 that meet a memory limit, 5 that are killed; and the batch itself is killed twice.
 fn hundred() -> TempDir {
     let folder = folder(&[("floor.obj", FLOOR)]);
-    let mut list = String::from("[defaults]\npasses = 2\nretries = 0\n");
+    let mut list = String::from("[defaults]\npasses = 2\nretries = 0\nguiding = \"off\"\n");
     for number in 0..100 {
         let (name, text, more) = match number {
             k if k % 10 == 3 => (format!("broken{k}"), scene("missing.obj", 0.5), String::new()),
@@ -436,6 +436,7 @@ fn check_picture(folder: &Path, out: &Path, number: u32) {
         "2",
         "--seed",
         &number.to_string(),
+        "--guiding=off",
         "--reproducible",
         "-o",
         "alone.exr",
