@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Measures what a batch costs beside its renders: 200 jobs of 64 x 64 pixels and 4 passes, one by one and as a batch.
+"""Measures what a batch costs beside its renders: 200 jobs of 64 x 64 pixels and 4 passes, one by one and as a batch; and what 50
+frames load that share a mesh of 1,002,528 triangles.
 
 usage: batch_cost.py PROGRAM [FOLDER [JOBS [REPETITIONS]]]
 """
@@ -71,6 +72,48 @@ def start_up(program, folder, repetitions=40):
     return ready, bare
 
 
+CELLS, FRAMES = 708, 50
+FRAME = """[film]
+width = 64
+height = 64
+[camera]
+position = [0.5, 1.5, {z}]
+look_at = [0.5, 0, 0.5]
+fov = 40
+[material.grey]
+diffuse = {{ albedo = [0.5, 0.5, 0.5] }}
+[[mesh]]
+file = "large.obj"
+material = "grey"
+[[point_light]]
+position = [0.5, 2, 0.5]
+intensity = [1, 1, 1]
+"""
+
+
+def frames(program, folder, cores):
+    """How many processes render the frames, and what each of them loads."""
+    folder = folder / "frames"
+    folder.mkdir(exist_ok=True)
+    subprocess.run([program, "surface", folder / "large.obj", "--cells", str(CELLS)], check=True, stderr=subprocess.DEVNULL)
+    for frame in range(FRAMES):
+        (folder / f"frame_{frame:02}.toml").write_text(FRAME.format(z=1.5 + 0.01 * frame))
+    out = folder / "out"
+    subprocess.run(["rm", "-rf", out], check=True)
+    seconds, _ = seconds_of([program, "batch", folder / "frame_*.toml", "--passes=1", f"--jobs={cores}", "--threads=1", "-o", out])
+    status = subprocess.run([program, "batch", "status", out, "--json"], check=True, capture_output=True, text=True)
+    attempts = [json.loads(line)["attempts"][0] for line in status.stdout.splitlines()]
+    loads = {}
+    for attempt in attempts:
+        loads.setdefault(attempt["process"], []).append(attempt["load_seconds"])
+    firsts = sorted(max(loads_of_one) for loads_of_one in loads.values())
+    others = sorted(load for loads_of_one in loads.values() for load in sorted(loads_of_one)[:-1])
+    print(
+        f"{FRAMES} frames that share {2 * CELLS * CELLS} triangles: {seconds:.1f} s in {len(loads)} processes; the first frame of each loads in "
+        f"{firsts[0]:.2f} to {firsts[-1]:.2f} s, the others in {statistics.median(others):.3f} s (median)"
+    )
+
+
 def main():
     if len(sys.argv) < 2:
         sys.exit(__doc__)
@@ -82,6 +125,7 @@ def main():
     cores = len(os.sched_getaffinity(0))
     ready, bare = start_up(program, folder)
     print(f"start-up: process {1e3 * statistics.median(bare):.1f} ms, with its scene ready {1e3 * statistics.median(ready):.1f} ms (medians)")
+    frames(program, folder, cores)
     for _ in range(repetitions):
         marks = [processor_seconds()]
         told, whole = one_by_one(program, folder, jobs)
