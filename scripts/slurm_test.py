@@ -123,6 +123,19 @@ def check(condition, text):
     say(text)
 
 
+def check_jobs(node, program, scene, folder):
+    """Jobs of a batch as tasks of an array, against the same batch without Slurm."""
+    sweep = ["--set", "seed=1,2,3", "--set", "size=32x32", "--passes", "4"]
+    node.run(program, "submit", "--slurm", "--each", scene, "-o", folder / "night", "--", *sweep)
+    farm = Farm(node, program, scene, folder)
+    farm.wait_until_over()
+    subprocess.run([program, "batch", scene, "-o", folder / "local", *sweep], check=True, stderr=subprocess.DEVNULL)
+    local = sorted((folder / "local").glob("*.exr"))
+    ours = [folder / "night/jobs" / picture.stem / picture.name for picture in local]
+    same = all(a.exists() and a.read_bytes() == b.read_bytes() for a, b in zip(ours, local))
+    check(len(local) == 3 and same, "jobs of a batch, too, have the bytes that they have without Slurm")
+
+
 def main(program):
     program = str(Path(program).resolve())
     with tempfile.TemporaryDirectory(prefix="caustica-slurm-") as name:
@@ -147,7 +160,8 @@ def main(program):
             check(farm.log(killed).count("going on") == 1, f"task {killed} was submitted again, and went on, too")
             check(farm.picture.read_bytes() == whole.read_bytes(), "the picture has the bytes of the one in one piece")
             status = farm.status()["progress"]
-            check(status["picture"] and status["passes"] == PASSES, "the status says so")
+            check(status["is_complete"] and status["passes"] == [PASSES, PASSES], "the status says so")
+            check_jobs(node, program, scene, folder)
 
 
 if __name__ == "__main__":

@@ -76,7 +76,7 @@ fn the_list_of_commands_is_all_that_an_engine_needs() {
     run_line(&folder, 2);
     run_line(&folder, 0);
     let (code, json) = status(&folder);
-    assert_eq!((code, &json["progress"]["passes"]), (Some(1), &Value::from(4)));
+    assert_eq!((code, &json["progress"]["passes"]), (Some(1), &serde_json::json!([4, 7])));
     assert_eq!(json["progress"]["tasks"], serde_json::json!(["whole", "missing", "whole"]));
     let output = caustica(&folder, &format!("submit --dry-run {SUBMISSION} {RENDER_FLAGS}"));
     assert_eq!(text(&output.stdout), "1\n", "what is whole is not to be made again");
@@ -152,16 +152,71 @@ fn given_again_it_submits_what_is_missing() {
     assert!(calls.len() == 5 && !calls[4].contains("--dependency"), "the merge alone is left: {calls:?}");
 }
 
+const JOBS: &str = "submit --slurm --each scene.toml -o night --cpus 2 -- --set size=8x6 --set photons=300 --set seed=1,2,3 --passes 2";
+
+/// Each job is a batch of its own, with its ledger: what is whole is not made again, what failed is told.
+#[test]
+fn jobs_of_a_batch_are_tasks_of_an_array() {
+    let folder = folder();
+    let output = caustica(&folder, JOBS);
+    assert_eq!(
+        (output.status.code(), text(&output.stdout)),
+        (Some(0), "11\n".into()),
+        "{}",
+        text(&output.stderr)
+    );
+    let calls = submitted(&folder);
+    assert!(
+        calls.len() == 1 && calls[0].contains("--array=0-2 ") && calls[0].contains("--cpus-per-task=2 "),
+        "{calls:?}"
+    );
+    let status = || {
+        let output = caustica(&folder, "status night --json");
+        let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+        (output.status.code(), json["progress"]["tasks"].clone())
+    };
+    assert_eq!(status(), (Some(1), serde_json::json!(["missing", "missing", "missing"])));
+    let run = |number: usize| {
+        let tasks = fs::read_to_string(folder.path().join("night/tasks.txt")).unwrap();
+        let line = tasks.lines().nth(number).unwrap().to_owned();
+        std::process::Command::new("sh").args(["-c", &line]).output().unwrap().status.code()
+    };
+    assert_eq!((run(1), run(1), run(2)), (Some(0), Some(0), Some(0)));
+    fs::rename(folder.path().join("scene.toml"), folder.path().join("away.toml")).unwrap();
+    fs::write(folder.path().join("scene.toml"), "no scene").unwrap();
+    assert_eq!(run(0), Some(1));
+    assert_eq!(status(), (Some(1), serde_json::json!(["failed", "whole", "whole"])));
+    fs::rename(folder.path().join("away.toml"), folder.path().join("scene.toml")).unwrap();
+    assert!(caustica(&folder, JOBS).status.success());
+    assert!(submitted(&folder)[1].contains("--array=0 "), "{:?}", submitted(&folder));
+    assert_eq!((run(0), status().0), (Some(0), Some(0)));
+    let output = caustica(&folder, JOBS);
+    assert!(text(&output.stderr).contains("nothing to submit"), "{}", text(&output.stderr));
+    // The header of a picture names the scene as the command does.
+    let scene = folder.path().join("scene.toml");
+    let batch = "-o local --set size=8x6 --set photons=300 --set seed=1,2,3 --passes 2";
+    assert!(caustica(&folder, &format!("batch {} {batch}", scene.display())).status.success());
+    for entry in fs::read_dir(folder.path().join("night/jobs")).unwrap() {
+        let name = entry.unwrap().file_name().into_string().unwrap();
+        let ours = fs::read(folder.path().join(format!("night/jobs/{name}/{name}.exr"))).unwrap();
+        assert!(ours == fs::read(folder.path().join(format!("local/{name}.exr"))).unwrap(), "{name}");
+    }
+}
+
 #[test]
 fn what_cannot_work_is_refused_before_anything_is_submitted() {
     let folder = folder();
     for (arguments, words) in [
-        (format!("submit --slurm {SUBMISSION} -- --alpha 7"), "would refuse what stands behind `--`"),
+        (format!("submit --slurm {SUBMISSION} -- --alpha 7"), "refused for what stands behind `--`"),
         (format!("submit --slurm {SUBMISSION} -- --layers --sead 3"), "--sead"),
         (format!("submit --slurm {SUBMISSION} --sbatch 'open"), "a quote is not closed"),
         (format!("submit {SUBMISSION}"), "--slurm"),
         ("submit --slurm scene.toml --passes 7 --shard-passes 0 -o a.exr".into(), "shard-passes"),
         ("submit --slurm scene.toml --passes 7 --shard-passes 2 -o a.png".into(), ".exr"),
+        ("submit --slurm scene.toml other.toml --passes 7 --shard-passes 2 -o a.exr".into(), "one scene"),
+        ("submit --slurm --each none.toml -o a".into(), "none.toml"),
+        ("submit --slurm --each scene.toml -o a -- --sett seed=1".into(), "--sett"),
+        ("submit --slurm --each scene.toml -o a --passes 4".into(), "--each"),
         ("status out".into(), "submission.json"),
     ] {
         let output = caustica(&folder, &arguments);

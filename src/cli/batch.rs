@@ -15,8 +15,8 @@ use super::error::{CliError, Outcome};
 use super::interrupt::Interrupt;
 use super::worker;
 use crate::batch::{
-    self, BatchError, Change, Crew, Kind, Layout, Ledger, Lock, Options, Row, Schedule, Settings, Standing,
-    State, Verdict, Vocabulary, Watch, hash_file,
+    self, BatchError, Change, Crew, Job, Kind, Layout, Ledger, Lock, Options, Row, Schedule, Settings,
+    Standing, State, Verdict, Vocabulary, Watch, hash_file,
 };
 use crate::output::write_atomically;
 use crate::report::{Cell, Table};
@@ -32,6 +32,16 @@ pub fn run(args: &BatchArgs) -> Result<Outcome, CliError> {
 }
 
 fn start(args: &RunBatchArgs) -> Result<Outcome, CliError> {
+    let jobs = jobs(args)?;
+    let lock = Lock::take(&args.output)?;
+    let mut ledger = Ledger::open(&args.output)?;
+    let here = env::current_dir().map_err(|source| BatchError::File { path: ".".into(), source })?;
+    ledger.enlist(&jobs, &here)?;
+    go(&args.output, ledger, &args.share, lock)
+}
+
+/// The jobs of the lists, or those that are asked for by name.
+pub fn jobs(args: &RunBatchArgs) -> Result<Vec<Job>, CliError> {
     let options = Options {
         sweep: args.sweep.clone(),
         budget: budget(args),
@@ -41,11 +51,11 @@ fn start(args: &RunBatchArgs) -> Result<Outcome, CliError> {
     let flags = flags();
     let vocabulary = Vocabulary { flags, barred: &BARRED, check: &check };
     let jobs = batch::jobs(&args.lists, &options, &vocabulary)?;
-    let lock = Lock::take(&args.output)?;
-    let mut ledger = Ledger::open(&args.output)?;
-    let here = env::current_dir().map_err(|source| BatchError::File { path: ".".into(), source })?;
-    ledger.enlist(&jobs, &here)?;
-    go(&args.output, ledger, &args.share, lock)
+    match args.only.iter().find(|name| jobs.iter().all(|job| job.name != **name)) {
+        Some(name) => Err(CliError::NoSuchJob { name: name.clone() }),
+        None if args.only.is_empty() => Ok(jobs),
+        None => Ok(jobs.into_iter().filter(|job| args.only.contains(&job.name)).collect()),
+    }
 }
 
 fn resume(folder: &Path, share: &ShareArgs) -> Result<Outcome, CliError> {

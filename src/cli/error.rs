@@ -4,6 +4,7 @@ use std::process::ExitCode;
 
 use thiserror::Error;
 
+use super::part_error::PartError;
 use crate::batch::BatchError;
 use crate::bench::BenchError;
 use crate::checkpoint::CheckpointError;
@@ -15,7 +16,7 @@ use crate::output::OutputError;
 use crate::ppm::DependentPasses;
 use crate::regression::PairsError;
 use crate::scene::{SaveError, SceneError, TraversalError};
-use crate::shard::{PassRange, Passes, ShardError};
+use crate::shard::ShardError;
 use crate::study::StudyError;
 
 /// How a command ended without an error.
@@ -93,8 +94,14 @@ pub enum CliError {
     Checkpoint(#[from] CheckpointError),
     #[error(transparent)]
     Farm(#[from] FarmError),
-    #[error("`caustica render` would refuse what stands behind `--`: {message}")]
-    RenderFlags { message: String },
+    #[error("the tasks would be refused for what stands behind `--`: {message}")]
+    TaskFlags { message: String },
+    #[error("a picture in shards has one scene; give one, or --each for a task for each job")]
+    OneScene,
+    #[error("`caustica batch` would refuse the lists and what stands behind `--`: {message}")]
+    BatchFlags { message: String },
+    #[error("there is no job `{name}` in the lists; `caustica batch` without --only tells their names")]
+    NoSuchJob { name: String },
     #[error("--sbatch {flags}: a quote is not closed; write it as a shell would read it")]
     Quotes { flags: String },
     #[error("cannot find out where the program is and what paths mean: {source}")]
@@ -103,31 +110,8 @@ pub enum CliError {
     Shard(#[from] ShardError),
     #[error(transparent)]
     Dependent(#[from] DependentPasses),
-    #[error(
-        "--partial renders the passes A..B of a picture; give them as --passes A..B, such as --passes 0..100"
-    )]
-    NoRange,
-    #[error("--passes {range} are some of the passes of a picture, which make a shard; give --partial, or --passes {} for all up to there", .range.end)]
-    RangeAlone { range: PassRange },
-    #[error("--partial does not go with {flag}: {reason}")]
-    NotInPart { flag: &'static str, reason: &'static str },
-    #[error("{path}: a shard is a file that ends in .shard; name another one", path = path.display())]
-    NotShardName { path: PathBuf },
-    #[error(
-        "{path}: there is a shard of another picture already:\n  {}\nname another file, or remove it",
-        .differences.join("\n  "), path = path.display()
-    )]
-    OtherShard { path: PathBuf, differences: Vec<String> },
-    #[error("{path}: there is a shard already with the passes {passes}, which are not the beginning of {range}; name another file, or remove it", path = path.display())]
-    OtherPasses { path: PathBuf, passes: Passes, range: PassRange },
-    #[error("{path}: there is no file in it that ends in .shard; name another folder, or render some", path = path.display())]
-    NoShards { path: PathBuf },
-    #[error("{path}: the folder cannot be read: {source}", path = path.display())]
-    Folder { path: PathBuf, source: std::io::Error },
-    #[error(
-        "passes {passes} are in the shards, but not among {range}, which the picture is to have; leave those shards out, or give other --passes"
-    )]
-    Beyond { passes: Passes, range: PassRange },
+    #[error(transparent)]
+    Part(#[from] PartError),
     #[error(transparent)]
     Stability(#[from] StabilityError),
     #[error(transparent)]
@@ -171,20 +155,15 @@ impl CliError {
             | CliError::CheckpointExists { .. }
             | CliError::OtherPicture { .. }
             | CliError::Checkpoint(_)
-            | CliError::RenderFlags { .. }
+            | CliError::TaskFlags { .. }
+            | CliError::OneScene
+            | CliError::BatchFlags { .. }
+            | CliError::NoSuchJob { .. }
             | CliError::Quotes { .. }
             | CliError::Farm(_)
             | CliError::Shard(_)
             | CliError::Dependent(_)
-            | CliError::NoRange
-            | CliError::RangeAlone { .. }
-            | CliError::NotInPart { .. }
-            | CliError::NotShardName { .. }
-            | CliError::OtherShard { .. }
-            | CliError::OtherPasses { .. }
-            | CliError::NoShards { .. }
-            | CliError::Folder { .. }
-            | CliError::Beyond { .. }
+            | CliError::Part(_)
             | CliError::Memory { .. }
             | CliError::MemoryLimit { .. }
             | CliError::Bench(BenchError::TooFewHitPoints { .. } | BenchError::NoPhotons { .. })

@@ -6,6 +6,7 @@ use serde::Serialize;
 use super::args::MergeArgs;
 use super::console::print;
 use super::error::{CliError, Outcome};
+use super::part_error::PartError;
 use super::partial::EXTENSION;
 use super::pictures::PicturePath;
 use crate::output::{Display, ExrLayer, LayerChannels, Metadata, Value, check_writable};
@@ -79,7 +80,7 @@ fn paths(given: &[PathBuf]) -> Result<Vec<PathBuf>, CliError> {
 }
 
 fn shards_in(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
-    let failure = |source| CliError::Folder { path: folder.into(), source };
+    let failure = |source| PartError::Folder { path: folder.into(), source };
     let mut paths = Vec::new();
     for entry in fs::read_dir(folder).map_err(failure)? {
         let path = entry.map_err(failure)?.path();
@@ -88,14 +89,14 @@ fn shards_in(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
         }
     }
     paths.sort();
-    if paths.is_empty() { Err(CliError::NoShards { path: folder.into() }) } else { Ok(paths) }
+    if paths.is_empty() { Err(PartError::NoShards { path: folder.into() }.into()) } else { Ok(paths) }
 }
 
 fn check_inside(passes: &Passes, range: PassRange) -> Result<(), CliError> {
     let before = passes.common(&PassRange { first: 0, end: range.first }.into());
     let after = passes.common(&PassRange { first: range.end, end: u32::MAX }.into());
     let passes = before.with(&after);
-    if passes.count() == 0 { Ok(()) } else { Err(CliError::Beyond { passes, range }) }
+    if passes.count() == 0 { Ok(()) } else { Err(PartError::Beyond { passes, range }.into()) }
 }
 
 /// What was merged, and what is missing.

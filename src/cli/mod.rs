@@ -25,6 +25,7 @@ mod live;
 mod memory;
 mod merge;
 mod outputs;
+mod part_error;
 mod partial;
 mod pictures;
 mod progress;

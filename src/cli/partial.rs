@@ -8,6 +8,7 @@ use super::checkpoints::DEFAULT_SECONDS;
 use super::error::{CliError, Outcome};
 use super::interrupt::Interrupt;
 use super::outputs::described;
+use super::part_error::PartError;
 use super::pictures::default_output;
 use super::progress::{Budget, Progress};
 use super::render::{announce, settings};
@@ -54,9 +55,9 @@ pub fn run(args: &RenderArgs) -> Result<Outcome, CliError> {
 
 /// What is asked for, if it can be had in parts.
 fn range(args: &RenderArgs) -> Result<PassRange, CliError> {
-    let Some(PassesArg::Range(range)) = args.passes else { return Err(CliError::NoRange) };
+    let Some(PassesArg::Range(range)) = args.passes else { return Err(PartError::NoRange.into()) };
     let refused = refusals(args).into_iter().find(|refusal| refusal.0);
-    refused.map_or(Ok(range), |(_, flag, reason)| Err(CliError::NotInPart { flag, reason }))
+    refused.map_or(Ok(range), |(_, flag, reason)| Err(PartError::NotInPart { flag, reason }.into()))
 }
 
 /// What was asked for, by which flag, and why parts of a picture cannot have it.
@@ -103,7 +104,7 @@ fn path(args: &RenderArgs, desc: &SceneDesc, PassRange { first, end }: PassRange
 fn check_name(path: &Path) -> Result<(), CliError> {
     match path.extension().is_some_and(|extension| extension == EXTENSION) {
         true => Ok(()),
-        false => Err(CliError::NotShardName { path: path.into() }),
+        false => Err(PartError::NotShardName { path: path.into() }.into()),
     }
 }
 
@@ -117,12 +118,12 @@ fn existing(path: &Path, facts: &Facts, range: PassRange) -> Result<Option<Shard
     let Some(shard) = merge.finish() else { return Ok(None) };
     let differences = shard.identity.facts.differences_between(facts, ["the shard", "this render"]);
     if !differences.is_empty() {
-        return Err(CliError::OtherShard { path: path.into(), differences });
+        return Err(PartError::OtherShard { path: path.into(), differences }.into());
     }
     match shard.passes.ranges() {
         [] => Ok(Some(shard)),
         [there] if there.first == range.first && there.end <= range.end => Ok(Some(shard)),
-        _ => Err(CliError::OtherPasses { path: path.into(), passes: shard.passes, range }),
+        _ => Err(PartError::OtherPasses { path: path.into(), passes: shard.passes, range }.into()),
     }
 }
 
@@ -136,7 +137,7 @@ fn begin(
     let Some(shard) = before else { return Ok(Shard::new(identity, size)) };
     let differences = shard.identity.differences(&identity, ["the shard", "this render"]);
     if !differences.is_empty() {
-        return Err(CliError::OtherShard { path: path.into(), differences });
+        return Err(PartError::OtherShard { path: path.into(), differences }.into());
     }
     let seconds = (shard.work.setup_milliseconds + shard.work.pass_milliseconds) as f64 / 1e3;
     note!("going on from {}: passes {} in {seconds:.1} s", path.display(), shard.passes);

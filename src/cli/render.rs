@@ -7,6 +7,7 @@ use super::error_watch::{ErrorWatch, percent};
 use super::interrupt::Interrupt;
 use super::live::Live;
 use super::outputs::Outputs;
+use super::part_error::PartError;
 use super::progress::{Budget, Progress};
 use super::{load, memory, use_threads};
 use crate::checkpoint::Checkpoint;
@@ -302,7 +303,7 @@ fn count_of_passes(args: &RenderArgs) -> Result<Option<u32>, CliError> {
     match args.passes {
         None => Ok(None),
         Some(PassesArg::Count(passes)) => Ok(Some(passes)),
-        Some(PassesArg::Range(range)) => Err(CliError::RangeAlone { range }),
+        Some(PassesArg::Range(range)) => Err(PartError::RangeAlone { range }.into()),
     }
 }
 

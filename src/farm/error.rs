@@ -1,6 +1,7 @@
 use std::io;
 use std::path::PathBuf;
 
+use crate::batch::BatchError;
 use crate::output::OutputError;
 use crate::shard::ShardError;
 
@@ -43,6 +44,9 @@ pub enum FarmError {
     /// A shard is damaged, or none.
     #[error(transparent)]
     Shard(#[from] ShardError),
+    /// The ledger of a job cannot be read.
+    #[error(transparent)]
+    Batch(#[from] BatchError),
     /// A program of Slurm does not run.
     #[error(
         "cannot run {program}: {source}; Slurm's programs are to be in PATH, or give --dry-run to write the scripts alone"

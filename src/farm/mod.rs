@@ -4,7 +4,7 @@
 //! Submission ──write──> FOLDER/submission.json    what is to be made, by which commands
 //!                       FOLDER/tasks.txt          a command a line: any engine can run it
 //!                       FOLDER/array.sh, merge.sh what Slurm runs
-//! FOLDER/shards ──Progress──> which tasks are whole, begun, missing ──slurm──> an array of those, and a merge behind it
+//! FOLDER/shards or jobs ──Progress──> which tasks are whole, begun, missing ──slurm──> an array of those, and a merge behind it
 //! ```
 //!
 //! Tasks share nothing but the folder. Each may be given twice: what is whole is not made again.
@@ -19,4 +19,4 @@ mod submission;
 pub use array_list::array_list;
 pub use error::FarmError;
 pub use progress::{Progress, TaskState};
-pub use submission::{Submission, Task};
+pub use submission::{Jobs, Picture, Product, Submission, Task, Work};

@@ -2,48 +2,58 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::{FarmError, Submission, Task};
-use crate::shard::{Passes, passes_of};
+use super::{FarmError, Product, Submission, Work};
+use crate::batch::{LEDGER, Ledger, State};
+use crate::shard::{PassRange, passes_of};
 
-/// How far a task is, by its shard alone.
+/// How far a task is, by the files of its product alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum TaskState {
-    /// There is no shard.
+    /// There is nothing of it.
     Missing,
-    /// The shard lacks passes: it was stopped, or is under way.
+    /// It was stopped, or is under way.
     Begun,
-    /// The shard has all passes.
+    /// Its job failed: the ledger tells why.
+    Failed,
+    /// All of it is there.
     Whole,
+}
+
+impl TaskState {
+    /// From the worst to the best.
+    pub const ALL: [TaskState; 4] =
+        [TaskState::Missing, TaskState::Begun, TaskState::Failed, TaskState::Whole];
 }
 
 /// How far the tasks of a folder are.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Progress {
-    /// Passes in shards.
-    pub passes: u32,
-    /// Passes of the picture.
-    pub of: u32,
     /// By number.
     pub tasks: Vec<TaskState>,
-    /// Whether there is a picture.
-    pub picture: bool,
+    /// Passes in shards, and those of the picture, where there is one.
+    pub passes: Option<(u32, u32)>,
+    /// Whether the picture is there, or those of all jobs.
+    pub is_complete: bool,
 }
 
 impl Progress {
-    /// Looks at the shards of `folder`.
+    /// Looks at what the tasks in `folder` made.
     ///
     /// # Errors
-    /// When a shard cannot be read, or is damaged.
+    /// When a shard or a ledger cannot be read, or is damaged.
     pub fn of(submission: &Submission, folder: &Path) -> Result<Progress, FarmError> {
         let tasks = submission.tasks(folder)?;
-        let found: Vec<Passes> = tasks.iter().map(found).collect::<Result<_, _>>()?;
-        let states = tasks.iter().zip(&found).map(|(task, found)| state(task, found)).collect();
-        Ok(Progress {
-            passes: found.iter().map(Passes::count).sum(),
-            of: submission.passes,
-            tasks: states,
-            picture: submission.output.exists(),
+        let found: Vec<Found> = tasks.iter().map(|task| found(&task.product)).collect::<Result<_, _>>()?;
+        let tasks: Vec<TaskState> = found.iter().map(|found| found.state).collect();
+        let are_whole = tasks.iter().all(|&state| state == TaskState::Whole);
+        let passes = found.iter().map(|found| found.passes).sum();
+        Ok(match &submission.work {
+            Work::Picture(picture) => {
+                let is_complete = picture.output.exists();
+                Progress { tasks, passes: Some((passes, picture.passes)), is_complete }
+            }
+            Work::Jobs(_) => Progress { tasks, passes: None, is_complete: are_whole },
         })
     }
 
@@ -59,17 +69,36 @@ impl Progress {
     }
 }
 
-fn found(task: &Task) -> Result<Passes, FarmError> {
-    if !task.shard.exists() {
-        return Ok(Passes::default());
-    }
-    Ok(passes_of(&task.shard)?.common(&task.passes.into()))
+/// What is there of a product.
+struct Found {
+    state: TaskState,
+    passes: u32,
 }
 
-fn state(task: &Task, found: &Passes) -> TaskState {
-    match found.count() {
-        0 => TaskState::Missing,
-        count if count < task.passes.count() => TaskState::Begun,
-        _ => TaskState::Whole,
+fn found(product: &Product) -> Result<Found, FarmError> {
+    match product {
+        Product::Shard { path, passes } => found_shard(path, *passes),
+        Product::Job { folder } => Ok(Found { state: job(folder)?, passes: 0 }),
     }
+}
+
+fn found_shard(path: &Path, passes: PassRange) -> Result<Found, FarmError> {
+    if !path.exists() {
+        return Ok(Found { state: TaskState::Missing, passes: 0 });
+    }
+    let there = passes_of(path)?.common(&passes.into()).count();
+    let state = if there < passes.count() { TaskState::Begun } else { TaskState::Whole };
+    Ok(Found { state, passes: there })
+}
+
+fn job(folder: &Path) -> Result<TaskState, FarmError> {
+    if !folder.join(LEDGER).exists() {
+        return Ok(TaskState::Missing);
+    }
+    let rows = Ledger::look(folder)?.rows()?;
+    Ok(match rows.iter().find(|row| row.is_listed).map(|row| row.state) {
+        None | Some(State::Waiting | State::Running) => TaskState::Begun,
+        Some(State::Failed) => TaskState::Failed,
+        Some(State::Done) => TaskState::Whole,
+    })
 }

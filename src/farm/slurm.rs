@@ -24,24 +24,33 @@ pub struct Resources {
 
 /// The numbers of an array and of the merge that waits for it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Jobs {
+pub struct Submitted {
     /// The array, if any task was to be done.
     pub array: Option<String>,
-    /// The merge.
-    pub merge: String,
+    /// The merge, if there is one.
+    pub merge: Option<String>,
 }
 
-/// Submits `tasks` of `folder` as an array, and the merge to run when all of them have ended, however they did: the merge itself
-/// finds out what is missing.
+/// Submits `tasks` of `folder` as an array, and the merge, if the folder has one, to run when all of them have ended, however they
+/// did: the merge itself finds out what is missing.
 ///
 /// # Errors
 /// When `sbatch` does not run, or refuses.
-pub fn submit(folder: &Path, name: &str, tasks: &[u32], resources: &Resources) -> Result<Jobs, FarmError> {
+pub fn submit(
+    folder: &Path,
+    name: &str,
+    tasks: &[u32],
+    resources: &Resources,
+) -> Result<Submitted, FarmError> {
     let array = if tasks.is_empty() { None } else { Some(submit_array(folder, name, tasks, resources)?) };
+    let script = folder.join("merge.sh");
+    if !script.exists() {
+        return Ok(Submitted { array, merge: None });
+    }
     let mut merge = sbatch(folder, name, "merge", &resources.further);
     merge.args(array.iter().map(|job| format!("--dependency=afterany:{job}")));
-    let merge = job_of(&run("sbatch", merge.arg(folder.join("merge.sh")))?);
-    Ok(Jobs { array, merge })
+    let merge = job_of(&run("sbatch", merge.arg(script))?);
+    Ok(Submitted { array, merge: Some(merge) })
 }
 
 fn submit_array(

@@ -22,7 +22,7 @@ pub use error::ShardError;
 pub use file::passes_of;
 pub use identity::Identity;
 pub use merge::Merge;
-pub use passes::{PassRange, Passes};
+pub use passes::{PassRange, Passes, array_list};
 pub use sums::Sums;
 
 use crate::film::Image;

@@ -1,7 +1,7 @@
 //! Which passes are there: ranges of numbers from 0, their ends excluded.
 
 use std::fmt;
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
@@ -108,12 +108,17 @@ impl Passes {
         let shards =
             |range: &PassRange| PassRange { first: range.first / each, end: (range.end - 1) / each + 1 };
         let joined = self.0.iter().fold(Passes::default(), |all, range| all.with(&shards(range).into()));
-        let list = |range: &PassRange| match range.count() {
-            1 => range.first.to_string(),
-            _ => format!("{}-{}", range.first, range.end - 1),
-        };
-        joined.0.iter().map(list).collect::<Vec<_>>().join(",")
+        array_list(joined.0.iter().map(|range| range.first..=range.end - 1))
     }
+}
+
+/// Runs of numbers as lists of batch systems have them: `0,3-5`.
+pub fn array_list(runs: impl Iterator<Item = RangeInclusive<u32>>) -> String {
+    let list = |run: RangeInclusive<u32>| match (run.start(), run.end()) {
+        (first, last) if first == last => first.to_string(),
+        (first, last) => format!("{first}-{last}"),
+    };
+    runs.map(list).collect::<Vec<_>>().join(",")
 }
 
 impl From<PassRange> for Passes {

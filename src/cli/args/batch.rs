@@ -80,6 +80,9 @@ pub struct RunBatchArgs {
     /// Render every job once with each of these values of a flag of `caustica render`; several --set make all combinations
     #[arg(long = "set", value_name = "FLAG=VALUE,..", value_parser = Axis::parse)]
     pub sweep: Vec<Axis>,
+    /// Render this job of the lists alone; may be given several times
+    #[arg(long, value_name = "NAME")]
+    pub only: Vec<String>,
     /// Photon passes of jobs that have no budget of their own
     #[arg(long, value_name = "N")]
     pub passes: Option<u32>,

@@ -10,21 +10,26 @@ Examples:
     --sbatch '--partition=render --time=1:00:00' -- --size 1024x1024 --seed 7
   caustica submit --dry-run data/course_water.toml --passes 1000 --shard-passes 10 -o out/water.exr
   parallel < out/water.farm/tasks.txt && sh out/water.farm/merge.sh
+  caustica submit --slurm --each jobs.toml -o out/night --cpus 8 -- --passes 64
 
 Given again, the same command submits what is missing alone. `caustica status FOLDER` tells how far it is;
 docs/batch.md has the whole of it, and recipes for other engines than Slurm.")]
 pub struct SubmitArgs {
-    /// The scene
-    pub scene: PathBuf,
-    /// The picture that the merge writes
-    #[arg(short, long, value_name = "FILE.exr")]
+    /// The scene of one picture; with --each what `caustica batch` takes: job lists, scenes, patterns
+    #[arg(required = true, value_name = "SCENE|JOBS")]
+    pub work: Vec<String>,
+    /// The picture that the merge writes; with --each the folder of all
+    #[arg(short, long, value_name = "FILE.exr|FOLDER")]
     pub output: PathBuf,
+    /// Submit a task for each job of the lists, in the place of shards of one picture
+    #[arg(long, conflicts_with_all = ["passes", "shard_passes", "folder"])]
+    pub each: bool,
     /// Photon passes of the picture
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    pub passes: u32,
+    #[arg(long, value_name = "N", required_unless_present = "each", value_parser = clap::value_parser!(u32).range(1..))]
+    pub passes: Option<u32>,
     /// Passes of a shard, which is the work of a task
-    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..))]
-    pub shard_passes: u32,
+    #[arg(long, value_name = "K", required_unless_present = "each", value_parser = clap::value_parser!(u32).range(1..))]
+    pub shard_passes: Option<u32>,
     /// Submit to Slurm: an array of tasks, and a merge that waits for it
     #[arg(long, required_unless_present = "dry_run")]
     pub slurm: bool,
@@ -43,7 +48,7 @@ pub struct SubmitArgs {
     /// Further flags of sbatch, such as '--partition=render --time=1:00:00'
     #[arg(long, value_name = "FLAGS", allow_hyphen_values = true)]
     pub sbatch: Option<String>,
-    /// Flags of `caustica render`, behind --
-    #[arg(last = true, value_name = "RENDER FLAGS")]
+    /// Flags of `caustica render`, behind --; with --each those of `caustica batch`
+    #[arg(last = true, value_name = "FLAGS")]
     pub flags: Vec<String>,
 }
