@@ -3,12 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
-
 use super::{Attempt, BatchError, Ledger, Row, State};
-use crate::compare::block_means;
-use crate::output::{Display, encode_png, read_png};
+use crate::compare::thumbnail;
+use crate::output::{Display, read_png};
 use crate::report::{Document, escape};
 
 const STYLE: &str = include_str!("page.css");
@@ -86,8 +83,8 @@ fn troubles(rows: &[Row], attempts: &BTreeMap<String, Vec<Attempt>>) -> String {
 
 fn figure(row: &Row, folder: &Path) -> String {
     let name = escape(&row.job.name);
-    let picture = match thumbnail(&row.job.picture(folder).with_extension("png")) {
-        Some(png) => format!("<img alt=\"{name}\" src=\"data:image/png;base64,{}\">", STANDARD.encode(png)),
+    let picture = match small(&row.job.picture(folder).with_extension("png")) {
+        Some(address) => format!("<img alt=\"{name}\" src=\"{address}\">"),
         None => "<p class=\"gone\">the picture is gone</p>".to_owned(),
     };
     let seconds = row.seconds.map_or(String::new(), |seconds| format!("{seconds:.1} s"));
@@ -95,12 +92,9 @@ fn figure(row: &Row, folder: &Path) -> String {
     format!("<figure>{picture}<figcaption>{name}<br>{seconds}{error}</figcaption></figure>\n")
 }
 
-fn thumbnail(path: &Path) -> Option<Vec<u8>> {
-    let image = read_png(path).ok()?;
-    let mut png = Vec::new();
-    let small = block_means(&image, image.width().div_ceil(WIDEST).max(1));
-    encode_png(&mut png, &small, &Display::default()).ok()?;
-    Some(png)
+/// As a `data:` address.
+fn small(path: &Path) -> Option<String> {
+    thumbnail(&read_png(path).ok()?, WIDEST, &Display::default()).ok()
 }
 
 fn percent(share: f64) -> String {
@@ -174,6 +168,8 @@ mod tests {
     use crate::film::Image;
     use crate::math::Rgb;
     use crate::output::write_png;
+    use base64::Engine;
+    use base64::engine::general_purpose::STANDARD;
 
     fn job(name: &str, alpha: &str) -> Job {
         let mut settings = Settings::default();
@@ -259,9 +255,10 @@ mod tests {
         let path = folder.path().join("a.png");
         for (width, shown) in [(100, 100), (160, 160), (161, 81), (1600, 160)] {
             write_png(&path, &Image::new(width, 3), &Display::default()).unwrap();
-            let png = thumbnail(&path).unwrap();
+            let address = small(&path).unwrap();
+            let png = STANDARD.decode(address.strip_prefix("data:image/png;base64,").unwrap()).unwrap();
             assert_eq!(u32::from_be_bytes(png[16..20].try_into().unwrap()), shown, "{width}");
         }
-        assert_eq!(thumbnail(&folder.path().join("none.png")), None);
+        assert_eq!(small(&folder.path().join("none.png")), None);
     }
 }
