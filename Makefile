@@ -6,7 +6,7 @@ CAUSTICA := $(TARGET)/release/caustica
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup build denoiser render test lint check-docs crosscheck hard-cases convergence fuzz sanitize bench study accuracy instructions install clean gallery slurm-test
+.PHONY: help setup build denoiser render test lint check-docs crosscheck hard-cases convergence fuzz sanitize bench study accuracy docs-figures instructions install clean gallery slurm-test
 
 help: ## List these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' Makefile
@@ -47,6 +47,7 @@ check-docs: setup ## Check that links, targets and sub-commands in the documents
 	cargo build --locked
 	scripts/check_docs.py $(TARGET)/debug/caustica
 	scripts/hard_cases.py --check
+	scripts/docs_figures.py --check
 
 crosscheck: build ## Hold pictures against what oiiotool, exrheader, OpenEXR and Mitsuba read in them
 	scripts/crosscheck.sh $(CAUSTICA)
@@ -80,6 +81,11 @@ study: build data/surface.obj ## Measure what accuracy costs in the water scene,
 
 accuracy: build data/surface.obj ## Hold the errors that renders claim against references, in five minutes
 	scripts/accuracy_table.py $(CAUSTICA) out/accuracy
+
+docs-figures: build data/surface.obj ## Measure all figures of the documents anew, on quiet cores, in about an hour
+	python3 scripts/docs_figures.py
+	scripts/hard_cases.py --update
+	python3 scripts/gallery.py
 
 instructions: setup ## Count the instructions of kernels by callgrind
 	scripts/count_instructions.py

@@ -1,0 +1,3 @@
+"""Figures of docs/effects.md."""
+
+FIGURES = {}

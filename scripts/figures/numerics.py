@@ -1,0 +1,3 @@
+"""Figures of docs/numerics.md."""
+
+FIGURES = {}

@@ -1,0 +1,3 @@
+"""Figures of docs/performance.md."""
+
+FIGURES = {}
