@@ -93,7 +93,7 @@ fn view(subject: &Subject) -> Finding {
     let Glance { rays, misses, .. } = glance(subject);
     let trial = &subject.trial;
     let percent = 100.0 * misses as f64 / rays as f64;
-    if misses == rays && trial.hit_points.is_empty() {
+    if misses == rays && trial.hit_points.is_empty() && !trial.has_direct_light {
         let found = format!("all of {rays} eye rays miss every surface");
         return Finding::new(Check::View, Severity::Fault, found, "makes a black picture");
     }
@@ -113,11 +113,14 @@ fn view(subject: &Subject) -> Finding {
             "makes a picture that is black, or nearly so",
         );
     }
-    if misses > 0 {
-        let found = format!("{percent:.1} % of the picture shows no surface");
-        return Finding::new(Check::View, Severity::Note, found, "leaves it black there: there is no sky");
+    match (misses, subject.scene.lights().environment()) {
+        (0, _) => Finding::fine(Check::View, "surfaces fill the picture, and light reaches them"),
+        (_, Some(_)) => Finding::fine(Check::View, format!("{percent:.1} % of the picture shows the sky")),
+        (_, None) => {
+            let found = format!("{percent:.1} % of the picture shows no surface");
+            Finding::new(Check::View, Severity::Note, found, "leaves it black there: there is no sky")
+        }
     }
-    Finding::fine(Check::View, "surfaces fill the picture, and light reaches them")
 }
 
 fn depth(subject: &Subject) -> Finding {
@@ -138,7 +141,7 @@ mod tests {
     use super::*;
     use crate::bsdf::Bsdf;
     use crate::math::Rgb;
-    use crate::scene::SceneDesc;
+    use crate::scene::{LightDesc, SceneDesc};
 
     fn findings(edit: impl FnOnce(&mut SceneDesc)) -> Vec<Finding> {
         let mut desc = room();
@@ -222,6 +225,17 @@ mod tests {
             desc.point_lights[0].position = Vec3::new(0.0, 0.0, 4.0);
         });
         assert_eq!(severity(&findings, Check::View), Severity::Note);
+    }
+
+    #[test]
+    fn a_sky_is_not_black() {
+        let findings = findings(|desc| {
+            desc.camera.position = Vec3::new(0.0, 0.0, 5.0);
+            desc.camera.fov_degrees = 60.0;
+            desc.further_lights.push(LightDesc::Sky(Rgb::ONE));
+        });
+        assert_eq!(severity(&findings, Check::View), Severity::Fine);
+        assert!(of(&findings, Check::View).found.contains("sky"), "{findings:?}");
     }
 
     #[test]

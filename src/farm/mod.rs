@@ -19,4 +19,4 @@ mod submission;
 pub use array_list::array_list;
 pub use error::FarmError;
 pub use progress::{Progress, TaskState};
-pub use submission::{Jobs, Picture, Product, Submission, Task, Work};
+pub use submission::{Jobs, Picture, Product, Submission, Work};

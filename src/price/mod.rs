@@ -3,5 +3,5 @@
 mod ablation;
 mod seconds;
 
-pub use ablation::{Ablation, LeftOut, ablate};
+pub use ablation::{Ablation, ablate};
 pub use seconds::{Seconds, measured, predicted};

@@ -40,6 +40,25 @@ pub struct SceneDesc {
 }
 
 impl SceneDesc {
+    /// Nothing at all in front of `camera`, on a film of 512 x 512 pixels: to be filled field by field, and made traceable by
+    /// [`Scene::new`](super::Scene::new).
+    pub fn new(camera: CameraDesc) -> SceneDesc {
+        SceneDesc {
+            name: "scene".into(),
+            path: PathBuf::new(),
+            film: FilmDesc::new(512, 512),
+            camera,
+            render: RenderDesc::default(),
+            materials: Vec::new(),
+            spheres: Vec::new(),
+            meshes: Vec::new(),
+            point_lights: Vec::new(),
+            further_lights: Vec::new(),
+            warnings: Vec::new(),
+            places: Places::default(),
+        }
+    }
+
     /// Makes the scene `scale` times as large, then moves it by `shift`; lights and absorption change so that
     /// every radiance stays.
     pub fn place(&mut self, scale: f32, shift: Vec3) {
@@ -131,6 +150,14 @@ pub struct RenderDesc {
     pub radius: Option<f64>,
     /// The longest chain of specular events on an eye path.
     pub depth: u32,
+}
+
+impl Default for RenderDesc {
+    /// What scene files that say nothing else ask for: 64 passes of 100,000 photons, 4 samples, alpha 0.7, depth 12, and a
+    /// radius that follows from what is seen.
+    fn default() -> RenderDesc {
+        RenderDesc { passes: 64, photons: 100_000, samples: 4, alpha: 0.7, radius: None, depth: 12 }
+    }
 }
 
 /// A named surface.

@@ -21,20 +21,25 @@ pub struct Mesh {
 }
 
 impl Mesh {
+    /// Flat triangles of one material.
+    pub fn new(name: &str, vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>, material: u32) -> Mesh {
+        Mesh {
+            name: name.into(),
+            vertices,
+            normals: None,
+            uvs: None,
+            materials: vec![material; triangles.len()],
+            triangles,
+        }
+    }
+
     /// The cube from -1 to 1 with its faces turned inward: the simplest room.
     pub fn inward_cube(name: &str, material: u32) -> Mesh {
         let corner = |i: u32| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * 2.0 - 1.0;
         let quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
         let triangles: Vec<[u32; 3]> =
             quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
-        Mesh {
-            name: name.into(),
-            vertices: (0..8).map(corner).collect(),
-            normals: None,
-            uvs: None,
-            materials: vec![material; triangles.len()],
-            triangles,
-        }
+        Mesh::new(name, (0..8).map(corner).collect(), triangles, material)
     }
 
     /// The corners of one triangle.

@@ -4,11 +4,11 @@ use std::path::Path;
 
 use toml::de::DeTable;
 
-use super::super::{CameraDesc, FilmDesc, Places, SceneDesc, SceneError};
+use super::super::{CameraDesc, Places, SceneDesc, SceneError};
 use super::access::{Denial, Reader};
 use super::fields::Fields;
 use super::source::{Source, file_error};
-use super::{Found, mesh_entry, settings};
+use super::{Found, mesh_entry};
 use crate::math::{Aabb, Vec3};
 
 /// The angle of view in degrees.
@@ -43,16 +43,11 @@ pub(super) fn read(path: &Path, reader: &Reader) -> Result<SceneDesc, SceneError
     Ok(SceneDesc {
         name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
         path: path.to_owned(),
-        film: FilmDesc::new(512, 512),
-        camera,
-        render: settings::default_render(),
         materials: found.materials,
-        spheres: Vec::new(),
         meshes,
-        point_lights: Vec::new(),
-        further_lights: Vec::new(),
         warnings: found.warnings,
         places: Places { file: path.display().to_string(), ..Places::default() },
+        ..SceneDesc::new(camera)
     })
 }
 

@@ -99,13 +99,8 @@ fn check_view(table: &Fields, camera: &CameraDesc) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// How scenes are rendered that do not say.
-pub(super) fn default_render() -> RenderDesc {
-    RenderDesc { passes: 64, photons: 100_000, samples: 4, alpha: 0.7, radius: None, depth: 12 }
-}
-
 pub(super) fn render(root: &Fields, limits: &Limits) -> Result<RenderDesc, SceneError> {
-    let mut render = default_render();
+    let mut render = RenderDesc::default();
     let Some(field) = root.optional("render") else { return Ok(render) };
     let known = ["passes", "photons", "samples", "alpha", "radius", "depth"];
     let table = field.table(String::from("render"), &known)?;

@@ -22,7 +22,7 @@ use super::access::{Denial, Reader};
 use super::affine::Affine;
 use super::geometry::{Geometry, Normals, Placement, is_traceable};
 use super::source::file_error;
-use super::{bare_mesh, settings};
+use super::bare_mesh;
 use crate::light::Spot;
 use crate::math::{Aabb, DVec3, Rgb, Vec2, Vec3};
 
@@ -359,15 +359,13 @@ impl<'a> Parts<'a> {
             name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
             path: path.to_owned(),
             film,
-            camera,
-            render: settings::default_render(),
             materials: self.materials.list,
-            spheres: Vec::new(),
             meshes: self.meshes,
             point_lights: self.point_lights,
             further_lights: [self.spots, self.distant].concat(),
             warnings: self.warnings,
             places: Places { file: path.display().to_string(), ..Places::default() },
+            ..SceneDesc::new(camera)
         })
     }
 }

@@ -88,7 +88,7 @@ impl Parts {
         for bsdf in root.children.iter().filter(|child| child.tag == "bsdf") {
             self.materials.declare(bsdf, context)?;
         }
-        let (mut seen, mut render) = (None, settings::default_render());
+        let (mut seen, mut render) = (None, RenderDesc::default());
         for child in &root.children {
             match child.tag.as_str() {
                 "bsdf" => {}
@@ -162,7 +162,7 @@ mod tests {
             render,
             RenderDesc { passes: 3, photons: 5000, samples: 9, alpha: 1.0, radius: Some(1e-3), depth: 0 }
         );
-        assert_eq!(good("", &[]).render, settings::default_render());
+        assert_eq!(good("", &[]).render, RenderDesc::default());
         fails("<?caustica passes=\"0\"?>", 7, "render: field `passes` is 0; allowed: a whole number from 1");
         fails("\n<?caustica pases=\"1\"?>", 8, "did you mean `passes`?");
         fails("<?caustica passes=\"one\"?>", 7, "settings: ");
