@@ -36,7 +36,7 @@ fn ball_on_a_table() -> SceneDesc {
         materials: vec![
             Material::plain("table", white, Rgb::ZERO),
             Material::plain("glass", Bsdf::Dielectric { ior: 1.5 }, Rgb::ZERO),
-            Material::plain("lamp", black, Rgb::splat(400.0)),
+            Material::plain("lamp", black, Rgb::splat(220.0)),
         ],
         meshes: vec![square("table", 0.0, 2.0, TABLE), square("lamp", 3.0, -0.1, LAMP)],
         spheres: vec![SphereDesc { center: Vec3::new(0.0, 0.6, 0.0), radius: 0.4, material: GLASS }],

@@ -6,6 +6,7 @@
 use std::error::Error;
 
 use caustica::effects::PathClass;
+use caustica::ppm::ErrorEstimates;
 use caustica::{PassStatistics, Render, Scene, Settings, scene};
 
 const CONFIDENCE: f64 = 0.9;
@@ -18,7 +19,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let target = percent.parse::<f64>()? / 100.0;
     let desc = scene::load(file.as_ref())?;
-    let settings = Settings::of_scene(&desc.render);
+    let settings = Settings { error_estimates: ErrorEstimates::Picture, ..Settings::of_scene(&desc.render) };
     let scene = Scene::new(desc)?;
     let mut render = Render::new(&scene, settings);
     println!("{} hit points", render.hit_points().len());
@@ -35,7 +36,8 @@ fn error(render: &Render) -> Option<f64> {
 }
 
 fn tell(render: &Render, pass: &PassStatistics) {
-    let error = error(render).map_or("not known yet".into(), |error| format!("at most {:.1} %", 100.0 * error));
+    let error =
+        error(render).map_or("not known yet".into(), |error| format!("at most {:.1} %", 100.0 * error));
     println!(
         "pass {}: {} photons found in {:.3} s, radii {:.4} to {:.4}, {:.1} photons kept a hit point, error {error}",
         pass.pass,

@@ -13,7 +13,7 @@ Examples:
   caustica submit --slurm --each jobs.toml -o out/night --cpus 8 -- --passes 64
 
 Given again, the same command submits what is missing alone. `caustica status FOLDER` tells how far it is;
-docs/batch.md has the whole of it, and recipes for other engines than Slurm.")]
+docs/cluster.md has the whole of it, and recipes for other engines than Slurm.")]
 pub struct SubmitArgs {
     /// The scene of one picture; with --each what `caustica batch` takes: job lists, scenes, patterns
     #[arg(required = true, value_name = "SCENE|JOBS")]

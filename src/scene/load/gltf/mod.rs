@@ -20,9 +20,9 @@ use self::textures::Pictures;
 use super::super::{CameraDesc, FilmDesc, LightDesc, Mesh, Places, PointLightDesc, SceneDesc, SceneError};
 use super::access::{Denial, Reader};
 use super::affine::Affine;
+use super::bare_mesh;
 use super::geometry::{Geometry, Normals, Placement, is_traceable};
 use super::source::file_error;
-use super::bare_mesh;
 use crate::light::Spot;
 use crate::math::{Aabb, DVec3, Rgb, Vec2, Vec3};
 
