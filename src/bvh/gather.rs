@@ -44,7 +44,7 @@ pub enum Radii {
     Changed,
 }
 
-/// The spheres of a leaf, at most [`LANES`](crate::simd::LANES), and the points in its box.
+/// The spheres of a leaf, at most `simd::LANES`, and the points in its box.
 #[derive(Debug)]
 pub struct Leaf<'a, S> {
     /// The position of the first sphere.

@@ -46,7 +46,7 @@ impl SphereBvh {
         SphereBvh::build_with(spheres, LEAF_SIZE, Weight::Area)
     }
 
-    /// The same with at most `leaf_size` spheres in a leaf, from 1 to [`LANES`], and costs by `weight`: to measure
+    /// The same with at most `leaf_size` spheres in a leaf, from 1 to `LANES`, and costs by `weight`: to measure
     /// what [`SphereBvh::build`] rests on.
     pub fn build_with(spheres: &[Sphere], leaf_size: usize, weight: Weight) -> (SphereBvh, Vec<u32>) {
         let leaf_size = leaf_size.min(LANES);
