@@ -48,7 +48,7 @@ pub fn trace<'a>(stage: impl Into<Stage<'a>>, settings: &Settings, pass: u32) ->
         .into_par_iter()
         .map_init(Fronts::default, |fronts, k| trace_tile(course, k, fronts, |_| ()))
         .collect();
-    let mut emitted = vec![Rgb::ZERO; width as usize * height as usize];
+    let mut emitted = vec![Rgb::ZERO; scene.film().pixels()];
     for (pixel, radiance) in tiles.iter().flat_map(|tile| &tile.emitted) {
         emitted[*pixel as usize] += *radiance;
     }

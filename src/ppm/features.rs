@@ -48,7 +48,7 @@ impl Features {
             EyePaths::Retraced => ENOUGH_SAMPLES.div_ceil(settings.samples).min(render.passes.max(1)),
         };
         let film = scene.film();
-        let mut seen = vec![Seen::default(); film.width as usize * film.height as usize];
+        let mut seen = vec![Seen::default(); film.pixels()];
         let block = (BATCH / settings.samples).max(1) as usize;
         seen.par_chunks_mut(block).enumerate().for_each(|(k, seen)| {
             (0..passes).for_each(|pass| look(scene, settings, pass, (k * block) as u32, seen));

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use rayon::prelude::*;
 
 use super::photon_pass::{PhotonBatch, Photons};
-use super::{HitPoint, Photon, Render, pixels, received};
+use super::{HitPoint, Photon, Render, received};
 use crate::bvh::{Sphere, SphereBvh};
 use crate::effects::PathClass;
 use crate::math::{Rgb, Vec3, mean};
@@ -58,7 +58,7 @@ impl Points {
         let by_photons: f64 = classes.iter().flat_map(|photons| self.each(photons, |x| x)).sum();
         let disc = PI * f64::from(self.radius).powi(2);
         let lists = render.pixel_lists();
-        let pixels = (0..pixels(render.scene)).into_par_iter();
+        let pixels = (0..render.scene.film().pixels()).into_par_iter();
         let without: Vec<f32> =
             pixels.map(|pixel| mean(render.direct.radiance(lists, pixel).as_vec3())).collect();
         let direct: f64 = without.iter().map(|&radiance| f64::from(radiance)).sum();

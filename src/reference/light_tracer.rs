@@ -28,7 +28,7 @@ struct Splat {
 ///
 /// Path `i` draws from the generator keyed by (seed, sample, i), and splats are summed in the order of the paths.
 pub fn splat(scene: &Scene, seed: u64, sample: u32) -> Vec<DVec3> {
-    let paths = pixels(scene);
+    let paths = scene.film().pixels();
     let mut sums = vec![DVec3::ZERO; paths];
     for round in (0..paths).step_by(ROUND) {
         let end = (round + ROUND).min(paths);
@@ -41,10 +41,6 @@ pub fn splat(scene: &Scene, seed: u64, sample: u32) -> Vec<DVec3> {
     }
     sums.iter_mut().for_each(|sum| *sum /= paths as f64);
     sums
-}
-
-fn pixels(scene: &Scene) -> usize {
-    scene.film().width as usize * scene.film().height as usize
 }
 
 fn splats_of(scene: &Scene, seed: u64, sample: u32, paths: Range<usize>) -> Vec<Splat> {
@@ -204,7 +200,7 @@ pub fn share_seen_specular(scene: &Scene) -> f64 {
             scene.opacity(&hit) < 1.0 || scene.scatter(&hit, Transport::Camera).specular().next().is_some()
         })
     };
-    (0..pixels(scene)).into_par_iter().filter(specular).count() as f64 / pixels(scene) as f64
+    (0..scene.film().pixels()).into_par_iter().filter(specular).count() as f64 / scene.film().pixels() as f64
 }
 
 #[cfg(test)]
@@ -220,7 +216,7 @@ mod tests {
         let mut desc = scene::load(&path).unwrap();
         (desc.film.width, desc.film.height) = (531, 499);
         let scene = Scene::new(desc).unwrap();
-        let paths = pixels(&scene);
+        let paths = scene.film().pixels();
         assert!(paths > ROUND && !(paths - ROUND).is_multiple_of(CHUNK));
         let mut expected = vec![DVec3::ZERO; paths];
         for splat in splats_of(&scene, 5, 3, 0..paths) {

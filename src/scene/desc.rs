@@ -104,6 +104,11 @@ impl FilmDesc {
         FilmDesc { width, height, filter: PixelFilter::Points }
     }
 
+    /// How many pixels the picture has.
+    pub fn pixels(self) -> usize {
+        self.width as usize * self.height as usize
+    }
+
     /// The same film in another size: width and height.
     pub fn resized(self, (width, height): (u32, u32)) -> FilmDesc {
         FilmDesc { width, height, ..self }
