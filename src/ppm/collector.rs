@@ -6,7 +6,7 @@ use super::pixel_lists::PixelLists;
 use super::radius_floor::RadiusFloor;
 use super::statistic::Statistics;
 use super::statistics::{CollectorStatistics, RadiusRange};
-use super::{EyePaths, Found, GatherState, HitPoint, Photons, Settings, gather};
+use super::{EyePaths, GatherState, HitPoint, Photons, Settings, gather};
 use crate::bvh::SphereBvh;
 use crate::effects::PathClasses;
 
@@ -98,8 +98,14 @@ impl Collector {
         self.raise(hit_points);
     }
 
-    /// Adds the photons of pass number `pass`, from 1, shrinks the radii and lets the tree follow.
-    pub fn gather(&mut self, view: View, photons: &Photons, settings: &Settings, pass: u32) -> Found {
+    /// Adds the photons of pass number `pass`, from 1, shrinks the radii, none below its floor, and lets the tree follow.
+    pub fn gather(
+        &mut self,
+        view: View,
+        photons: &Photons,
+        settings: &Settings,
+        pass: u32,
+    ) -> CollectorStatistics {
         let own_alpha = settings.policy.own_alpha(settings.alpha);
         let Collector { tree, states, .. } = self;
         let found = match view.lists {
@@ -113,7 +119,12 @@ impl Collector {
         if ratio.is_some() || view.lists.is_some() {
             self.refit(view.hit_points);
         }
-        found
+        CollectorStatistics {
+            kinds: self.classes,
+            gathered: found.accepted,
+            rejected_by_side: found.rejected,
+            radius: self.raise(view.hit_points),
+        }
     }
 
     /// Gives every sphere the radius of its statistics.
@@ -123,22 +134,13 @@ impl Collector {
     }
 
     /// Raises radii to their floor.
-    pub fn raise(&mut self, hit_points: &[HitPoint]) -> RadiusRange {
+    fn raise(&mut self, hit_points: &[HitPoint]) -> RadiusRange {
         self.radius_floor.apply(hit_points, self.keeper, &mut self.states, &mut self.tree)
     }
 
     /// Of a hit point, or a pixel.
     pub fn state(&self, index: usize) -> GatherState {
         self.states.get(index)
-    }
-
-    pub fn statistics(&self, found: Found, radius: RadiusRange) -> CollectorStatistics {
-        CollectorStatistics {
-            kinds: self.classes,
-            gathered: found.accepted,
-            rejected_by_side: found.rejected,
-            radius,
-        }
     }
 
     pub fn memory_bytes(&self) -> usize {

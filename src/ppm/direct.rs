@@ -8,7 +8,7 @@ use crate::math::{DVec3, Ray, Rgb, Rng, Stream};
 use crate::scene::Scene;
 
 /// The direct irradiance at every hit point.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct DirectPass {
     from_points: Vec<Rgb>,
     /// Whose random numbers each hit point draws; empty where none are drawn.
@@ -17,7 +17,7 @@ pub struct DirectPass {
 }
 
 /// What grows from pass to pass.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Sampled {
     /// Sums over passes; empty where no light has an area.
     from_areas: Vec<DVec3>,

@@ -27,43 +27,62 @@ pub(super) enum DirectState<'a> {
     Retraced(Cow<'a, PixelLight>),
 }
 
+/// What an eye pass leaves to direct light.
+#[derive(Default)]
+pub(super) struct Sight {
+    /// Whose random numbers each hit point draws, in the order of the tree.
+    pub keys: Vec<u32>,
+    /// The radiance of lights that are seen, by pixel.
+    pub emitted: Vec<Rgb>,
+}
+
+impl Default for DirectLight {
+    /// Of no hit point and no pixel.
+    fn default() -> DirectLight {
+        DirectLight::Fixed { pass: DirectPass::default(), emitted: Vec::new() }
+    }
+}
+
 impl DirectLight {
-    /// Of the first pass: hit points with the keys of their random numbers, and seen lights by pixel.
+    /// Of the first pass.
     pub fn new(
         stage: Stage,
         eye_paths: EyePaths,
         seed: u64,
         hit_points: &[HitPoint],
-        keys: Vec<u32>,
-        emitted: Vec<Rgb>,
+        sight: Sight,
     ) -> DirectLight {
         match eye_paths {
             EyePaths::Fixed => {
-                let pass = DirectPass::new(stage, hit_points, keys, seed);
-                DirectLight::Fixed { pass, emitted }
+                let pass = DirectPass::new(stage, hit_points, sight.keys, seed);
+                DirectLight::Fixed { pass, emitted: sight.emitted }
             }
             EyePaths::Retraced => {
-                let light = PixelLight::new(emitted.len());
+                let light = PixelLight::new(sight.emitted.len());
                 let mut direct = DirectLight::Retraced { light, view: PixelLists::default() };
-                direct.add_view(stage, (seed, 0), hit_points, &keys, &emitted);
+                direct.add_pass(stage, (seed, 0), hit_points, &sight);
                 direct
             }
         }
     }
 
-    /// Adds what the eye paths of a pass see, drawn by seed and number of the pass; nothing where they stay.
-    pub fn add_view(
+    /// Adds what a pass sees, drawn by seed and number of the pass: other samples of the lights at the hit points of the first, which
+    /// nothing of `sight` is needed for, or all light at others.
+    pub fn add_pass(
         &mut self,
         stage: Stage,
-        (seed, pass): (u64, u32),
+        (seed, number): (u64, u32),
         hit_points: &[HitPoint],
-        keys: &[u32],
-        emitted: &[Rgb],
+        sight: &Sight,
     ) {
-        let DirectLight::Retraced { light, view } = self else { return };
-        *view = PixelLists::new(hit_points, emitted.len(), |h| h.reflectance);
-        let irradiance = sample_once(stage, hit_points, keys, seed, pass);
-        light.add_pass(view, emitted, irradiance);
+        match self {
+            DirectLight::Fixed { pass, .. } => pass.add_pass(stage, hit_points, seed, number),
+            DirectLight::Retraced { light, view } => {
+                *view = PixelLists::new(hit_points, sight.emitted.len(), |h| h.reflectance);
+                let irradiance = sample_once(stage, hit_points, &sight.keys, seed, number);
+                light.add_pass(view, &sight.emitted, irradiance);
+            }
+        }
     }
 
     /// Empties the sums over passes.

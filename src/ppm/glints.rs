@@ -12,7 +12,7 @@ use super::gather::Receivers;
 use super::pixel_lists::PixelLists;
 use super::statistic::Statistics;
 use super::statistics::CollectorStatistics;
-use super::{Found, GlossyPoint, HitPoint, PhotonBatch, RadiusPolicy, Settings};
+use super::{GlossyPoint, HitPoint, PhotonBatch, RadiusPolicy, Settings};
 use crate::bvh::{Sphere, SphereBvh};
 use crate::effects::{PathClass, PathClasses};
 use crate::math::DVec3;
@@ -61,9 +61,7 @@ impl Glints {
     pub fn gather(&mut self, batch: &PhotonBatch, settings: &Settings, pass: u32) -> CollectorStatistics {
         let Glints { collector, points, hit_points, lists } = self;
         let view = View { hit_points, receivers: Receivers::Glossy(points), lists: Some(lists) };
-        let found: Found = collector.gather(view, &batch.glints(), &policy_of(settings), pass);
-        let radius = collector.raise(hit_points);
-        collector.statistics(found, radius)
+        collector.gather(view, &batch.glints(), &policy_of(settings), pass)
     }
 
     /// The radiance that they bring a pixel, of so many photons.

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::HitPoint;
+use crate::bvh::{Sphere, SphereBvh};
 
 /// So many indices share an entry of the table that says in which tile to look.
 const BLOCK: usize = 256;
@@ -61,6 +62,17 @@ impl HitPoints {
     /// `of` every hit point, in order; made in parallel.
     pub fn map<T: Send>(&self, of: impl Fn(&HitPoint) -> T + Sync + Send) -> Vec<T> {
         (0..self.len()).into_par_iter().map(|index| of(self.get(index))).collect()
+    }
+
+    /// The tree over spheres of the given radii, the hit points in its order, and their indices before.
+    pub(super) fn tree(
+        &self,
+        radius: impl Fn(&HitPoint) -> f32 + Sync + Send,
+    ) -> (SphereBvh, Vec<HitPoint>, Vec<u32>) {
+        let spheres = self.map(|h| Sphere { center: h.receiver.p, radius: radius(h) });
+        let (tree, order) = SphereBvh::build(&spheres);
+        let ordered = order.par_iter().map(|&index| *self.get(index as usize)).collect();
+        (tree, ordered, order)
     }
 }
 

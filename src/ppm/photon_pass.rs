@@ -226,6 +226,11 @@ impl PhotonPass {
         &self.batch
     }
 
+    /// The photons of the last pass.
+    pub(super) fn batch(&self) -> &PhotonBatch {
+        &self.batch
+    }
+
     /// A pass without photons.
     pub(super) fn skip(&mut self) -> &PhotonBatch {
         self.batch = PhotonBatch::default();

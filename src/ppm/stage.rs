@@ -1,3 +1,5 @@
+use std::sync::LazyLock;
+
 use crate::effects::{PathClass, Plan};
 use crate::light::Lights;
 use crate::scene::{Scene, SurfaceHit};
@@ -26,11 +28,12 @@ impl<'a> Stage<'a> {
         self.glints && self.scene.is_rough(hit)
     }
 
-    /// For direct light: without lights, `none`, where that is not simulated.
-    pub(super) fn of_direct_light(self, plan: &Plan, none: &'a Lights) -> Stage<'a> {
+    /// For direct light: without lights where that is not simulated.
+    pub(super) fn of_direct_light(self, plan: &Plan) -> Stage<'a> {
+        static NONE: LazyLock<Lights> = LazyLock::new(Lights::default);
         match plan.classes.contains(PathClass::Direct) {
             true => self,
-            false => Stage { lights: none, ..self },
+            false => Stage { lights: &NONE, ..self },
         }
     }
 }

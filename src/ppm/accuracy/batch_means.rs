@@ -1,7 +1,9 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::super::ErrorEstimates;
 use super::radius_trend::{RadiusTrend, TrendSums};
+use super::sampling_step;
 use crate::math::{DVec3, Vec3};
 
 /// Every batch but the first few holds about one in so many of the passes before it: longer and longer, so that few are enough.
@@ -52,6 +54,15 @@ struct Moments {
 }
 
 impl BatchMeans {
+    /// For a picture of so many pixels.
+    pub(crate) fn asked_for(estimates: ErrorEstimates, pixels: usize) -> Option<BatchMeans> {
+        match estimates {
+            ErrorEstimates::None => None,
+            ErrorEstimates::Picture => Some(BatchMeans::new(pixels, sampling_step(pixels))),
+            ErrorEstimates::Pixels => Some(BatchMeans::new(pixels, 1)),
+        }
+    }
+
     /// For every `step`-th of so many pixels.
     pub(crate) fn new(pixels: usize, step: usize) -> BatchMeans {
         let pixels = vec![Moments::default(); pixels.div_ceil(step)];

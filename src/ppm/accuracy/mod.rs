@@ -171,7 +171,7 @@ impl<'a> Accuracy<'a> {
 
 /// The distance between the places of pixels that the error of a picture is found from: the tree's order takes them
 /// from everywhere.
-pub(super) fn sampling_step(pixels: usize) -> usize {
+fn sampling_step(pixels: usize) -> usize {
     (pixels / SAMPLED_PIXELS).max(1)
 }
 
