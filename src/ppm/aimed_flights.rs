@@ -2,9 +2,11 @@
 
 use std::ops::Range;
 
+use super::course::Course;
 use super::mixture::Mixture;
+use super::onward::{Onward, go_on};
 use super::photon_pass::PhotonChunk;
-use super::wavefront::{Course, MAX_SEGMENTS, Onward, go_on};
+use super::wavefront::MAX_SEGMENTS;
 use super::{Ledger, Photon};
 use crate::bsdf::{SpecularLobe, Transport};
 use crate::math::{DVec3, Ray, Rgb, Rng, Stream};

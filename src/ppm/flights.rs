@@ -201,6 +201,15 @@ impl FlightPacket {
     }
 }
 
+/// The lanes of a mask.
+pub(super) fn lanes_of(mut mask: Mask) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lane = mask.trailing_zeros() as usize;
+        mask &= mask.wrapping_sub(1);
+        (lane < LANES).then_some(lane)
+    })
+}
+
 /// The vector of one lane.
 #[inline(always)]
 pub(super) fn at([x, y, z]: &[Row; 3], lane: usize) -> Vec3 {

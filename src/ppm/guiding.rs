@@ -5,12 +5,13 @@ use std::fmt;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::course::Course;
 use super::draws::Draws;
 use super::emission::Guided;
 use super::flights::FlightPacket;
 use super::photon_pass::{CHUNK, Deposits, PhotonChunk, paths_of};
 use super::trial_points::Points;
-use super::wavefront::{Course, Wavefront};
+use super::wavefront::Wavefront;
 use super::{Guiding, Render};
 use crate::bvh::{Sphere, SphereBvh};
 use crate::light::{Example, Guide, GuideTree, LEVELS, Numbers, Purpose, Start, start};

@@ -19,6 +19,8 @@ mod accuracy;
 mod aimed_flights;
 pub mod camera_pass;
 mod collector;
+mod course;
+mod deposit;
 mod develop;
 mod diffuse_bounce;
 mod direct;
@@ -44,7 +46,10 @@ mod lane_flux;
 mod lane_parts;
 mod ledger;
 mod mixture;
+mod onward;
+mod pasts;
 mod photon_media;
+mod photon_packet;
 pub mod photon_pass;
 mod pilot;
 mod pixel_light;
@@ -124,6 +129,7 @@ pub struct Render<'s> {
     mixture: Option<Mixture>,
     /// Where the others start, if not by nature.
     guide: Option<Guide>,
+    /// Those that left the lights naturally in all passes: flux is normalised by them.
     emitted_photons: u64,
     passes: u32,
     /// Where the settings ask for estimates of the error.
@@ -204,10 +210,7 @@ impl<'s> Render<'s> {
 
     /// Adds the photons to the points within whose radius they lie; radii shrink, trees follow. What every collector found, and
     /// those on rough surfaces.
-    fn gather(
-        &mut self,
-        settings: &Settings,
-    ) -> (Vec<CollectorStatistics>, Option<CollectorStatistics>) {
+    fn gather(&mut self, settings: &Settings) -> (Vec<CollectorStatistics>, Option<CollectorStatistics>) {
         let Render { collectors, glints, photon_pass, facets, hit_points, direct, .. } = self;
         let (batch, pass) = (photon_pass.batch(), self.passes);
         let view = View { hit_points, receivers: Receivers::Diffuse(facets), lists: direct.view() };

@@ -5,10 +5,11 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::aimed_flights::AimedFlights;
+use super::course::Course;
 use super::emission::Guided;
 use super::flights::FlightPacket;
 use super::mixture::Mixture;
-use super::wavefront::{Course, Wavefront};
+use super::wavefront::Wavefront;
 use super::{Ledger, Settings, Stage};
 use crate::effects::{PathClass, PathClasses};
 use crate::light::Guide;
@@ -114,7 +115,7 @@ impl PhotonBatch {
     }
 
     /// The photons of some kinds of paths.
-    pub fn of_any(&self, classes: PathClasses) -> Photons<'_> {
+    pub(super) fn of_any(&self, classes: PathClasses) -> Photons<'_> {
         let deposits = |chunk| classes.iter().filter_map(move |class| PhotonChunk::of(chunk, class));
         Photons(self.chunks.iter().flat_map(deposits).collect())
     }
@@ -190,7 +191,7 @@ impl PhotonPass {
     }
 
     /// The same with photons that `guide` lets start, where there is one, in place of natural ones.
-    pub fn trace_guided<'a>(
+    pub(super) fn trace_guided<'a>(
         &mut self,
         stage: impl Into<Stage<'a>>,
         settings: &Settings,

@@ -1,12 +1,12 @@
 //! A trial of aiming and guiding: what variance and rays would be for any shares of such photons.
 
+use super::course::Course;
 use super::draws::Draws;
 use super::emission::Guided;
 use super::guiding::{self, Learned};
 use super::mixture::{Mixture, PhotonBudget};
 use super::photon_pass::{CHUNK, PhotonBatch, PhotonChunk, PhotonPass};
 use super::trial_points::Points;
-use super::wavefront::Course;
 use super::{Guiding, Render};
 use crate::effects::PathClass;
 use crate::light::{Aim, Guide};
