@@ -130,9 +130,8 @@ fn emitters(desc: &SceneDesc) -> impl Iterator<Item = Light> {
 }
 
 fn shining(mesh: &Mesh, materials: &[Material]) -> impl Iterator<Item = Light> {
-    mesh.triangles.iter().zip(&mesh.materials).filter_map(|(triangle, &material)| {
+    mesh.materials.iter().enumerate().filter_map(|(triangle, &material)| {
         let radiance = materials[material as usize].emission;
-        (radiance != Rgb::ZERO)
-            .then(|| Light::Triangle { corners: triangle.map(|i| mesh.vertices[i as usize]), radiance })
+        (radiance != Rgb::ZERO).then(|| Light::Triangle { corners: mesh.corners(triangle), radiance })
     })
 }

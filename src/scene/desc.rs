@@ -252,7 +252,7 @@ impl Material {
     }
 
     /// The opacity at a place, whose texture coordinates are asked for only if a picture needs them.
-    pub fn opacity_at(&self, uv: impl FnOnce() -> Vec2) -> f32 {
+    pub(super) fn opacity_at(&self, uv: impl FnOnce() -> Vec2) -> f32 {
         match &self.textures.opacity {
             Some(texture) => texture.at(uv()).x.clamp(0.0, 1.0),
             None => self.opacity,

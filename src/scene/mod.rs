@@ -20,6 +20,7 @@ mod mesh;
 mod places;
 mod save;
 mod surface;
+mod surface_hit;
 mod surface_packet;
 mod tracer;
 pub mod water;
@@ -36,7 +37,8 @@ pub use media::Media;
 pub use mesh::{Mesh, least_altitude};
 pub use places::{Item, Places};
 pub use save::{SaveError, SavedScene, normal_form, save};
-pub use surface::{Receiver, SurfaceHit, keeps_clear_of_edges};
+pub use surface::keeps_clear_of_edges;
+pub use surface_hit::{Receiver, SurfaceHit};
 pub use surface_packet::SurfacePacket;
 pub use tracer::{Traversal, TraversalError};
 

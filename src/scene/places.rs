@@ -82,9 +82,7 @@ impl Scene {
             Item::Film => String::from("film"),
         }
     }
-}
 
-impl Scene {
     /// Lights of each kind are numbered from 1.
     fn name_of_light(&self, number: usize) -> String {
         let kind = self.further_lights[number].kind();
