@@ -2,8 +2,9 @@ use std::fmt;
 
 use serde::Serialize;
 
+use super::facts::Facts;
 use super::reach::Reach;
-use super::rules::{self, Facts};
+use super::rules;
 use super::surfaces::Surfaces;
 use super::{Effect, PathClass, PathClasses};
 use crate::scene::Scene;

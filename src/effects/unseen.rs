@@ -1,6 +1,6 @@
 /// Passes in a row without a photon on anything that is seen, after which a render says so. A pass has thousands of photons,
 /// so with eight of them hardly more than one in ten thousand finds its way.
-pub const PASSES_UNTIL_TOLD: u32 = 8;
+const PASSES_UNTIL_TOLD: u32 = 8;
 
 /// Notices that no photon falls on what the camera sees. It says so once and changes nothing: a rare photon may yet come.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
