@@ -10,7 +10,7 @@ pub struct Refraction {
 }
 
 /// The mirror direction of `wo` about the local z axis.
-pub fn reflect(wo: Vec3) -> Vec3 {
+pub(super) fn reflect(wo: Vec3) -> Vec3 {
     Vec3::new(-wo.x, -wo.y, wo.z)
 }
 
@@ -26,14 +26,16 @@ pub fn reflect(wo: Vec3) -> Vec3 {
 /// ```
 pub fn refract(wo: Vec3, ior: f32) -> Option<Refraction> {
     let eta = if wo.z > 0.0 { ior } else { ior.recip() };
-    let cos2_t = 1.0 - (1.0 - wo.z * wo.z).max(0.0) / (eta * eta);
-    // Where eta² is too small for a number, 0/0 is total internal reflection as well.
-    if cos2_t.is_nan() || cos2_t <= 0.0 {
-        return None;
-    }
-    let z = -cos2_t.sqrt().copysign(wo.z);
+    let z = -cos_transmitted(wo.z, eta)?.copysign(wo.z);
     let wi = Vec3::new(-wo.x / eta, -wo.y / eta, z).normalize();
     Some(Refraction { wi, eta })
+}
+
+/// The cosine of the transmitted angle by Snell's law, from that of the incident one; `None` under total internal reflection.
+pub(super) fn cos_transmitted(cos: f32, eta: f32) -> Option<f32> {
+    let cos2 = 1.0 - (1.0 - cos * cos).max(0.0) / (eta * eta);
+    // Where eta² is too small for a number, 0/0 is total internal reflection as well.
+    (cos2 > 0.0).then(|| cos2.sqrt())
 }
 
 /// The share of unpolarised light that a smooth interface reflects.
@@ -64,7 +66,7 @@ pub fn fresnel_reflectance(cos_i: f32, cos_t: f32, eta: f32) -> f32 {
 ///
 /// # Source
 /// Born and Wolf, "Principles of Optics", section 14.4.
-pub fn conductor_reflectance(cos: f32, eta: Rgb, k: Rgb) -> Rgb {
+pub(super) fn conductor_reflectance(cos: f32, eta: Rgb, k: Rgb) -> Rgb {
     let (cos2, sin2) = (cos * cos, (1.0 - cos * cos).max(0.0));
     let difference = eta * eta - k * k - sin2;
     let both = (difference * difference + 4.0 * eta * eta * k * k).map(f32::sqrt);

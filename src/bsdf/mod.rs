@@ -10,9 +10,7 @@ mod plastic;
 mod rough;
 mod scattering;
 
-pub use fresnel::{
-    Refraction, conductor_reflectance, fresnel_reflectance, pane_reflectance, reflect, refract,
-};
+pub use fresnel::{Refraction, fresnel_reflectance, pane_reflectance, refract};
 pub use ggx::Ggx;
 pub use metals::{METALS, Metal};
 pub use plastic::{Coat, Plastic};
@@ -20,6 +18,7 @@ pub use rough::{GlossyLobe, Interface, Response, RoughSurface};
 pub use scattering::{Choice, DiffuseSampling, Event, Scattering, SpecularLobe, Transport, sample_diffuse};
 
 use crate::math::{Rgb, Vec2, Vec3};
+use fresnel::{conductor_reflectance, reflect};
 
 /// Whether surfaces can mirror and refract at all: in every program but that which measures what this ability costs scenes
 /// that have no use for it. There such surfaces are black.

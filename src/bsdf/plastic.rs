@@ -66,7 +66,7 @@ impl Plastic {
 
     /// The same coat on a base of another colour.
     #[must_use]
-    pub fn with_base(&self, base: Rgb) -> Plastic {
+    pub(super) fn with_base(&self, base: Rgb) -> Plastic {
         let ior2 = self.ior * self.ior;
         let inside = 1.0 - self.enters / ior2;
         let returned = if self.nonlinear { base * inside } else { Rgb::splat(inside) };

@@ -1,4 +1,4 @@
-use super::fresnel::{conductor_reflectance, fresnel_reflectance};
+use super::fresnel::{conductor_reflectance, cos_transmitted, fresnel_reflectance};
 use super::ggx::Ggx;
 use super::{Event, SpecularLobe, Transport};
 use crate::math::{Rgb, Vec2, Vec3};
@@ -154,12 +154,6 @@ impl Interface {
             ),
         }
     }
-}
-
-/// By Snell's law; `None` under total internal reflection.
-fn cos_transmitted(cos: f32, eta: f32) -> Option<f32> {
-    let cos2 = 1.0 - (1.0 - cos * cos).max(0.0) / (eta * eta);
-    (cos2 > 0.0).then(|| cos2.sqrt())
 }
 
 #[cfg(test)]
