@@ -1,4 +1,5 @@
 use super::OutputError;
+use super::exr_write::utf8_text;
 use crate::film::Image;
 use crate::input;
 use crate::math::Rgb;
@@ -7,7 +8,6 @@ use exr::error::Error as ExrError;
 use exr::image::read::specific_channels::ReadSpecificChannel;
 use exr::math::Vec2;
 use exr::meta::MetaData;
-use exr::meta::attribute::Text;
 use exr::meta::header::Header;
 use exr::prelude::{ReadChannels, ReadLayers, read};
 use std::borrow::Cow;
@@ -132,7 +132,7 @@ fn of_layer(layer: &str) -> [Names; 4] {
 
 impl Names {
     fn are_in(&self, header: &Header) -> bool {
-        let has = |name| header.channels.list.iter().any(|channel| channel.name == text(name));
+        let has = |name| header.channels.list.iter().any(|channel| channel.name == utf8_text(name));
         match self {
             Names::Three(names) => names.iter().all(|name| has(name)),
             Names::One(name) => has(name),
@@ -140,13 +140,8 @@ impl Names {
     }
 }
 
-/// Names are UTF-8, while the decoder's own conversion takes Latin-1 alone.
-fn text(name: &str) -> Text {
-    Text::from_slice_unchecked(name.as_bytes())
-}
-
 fn read_three(file: impl Read + Seek, names: &[Cow<str>; 3]) -> Result<Image, ExrError> {
-    let [r, g, b] = names.each_ref().map(|name| text(name));
+    let [r, g, b] = names.each_ref().map(|name| utf8_text(name));
     let reader = read().no_deep_data().largest_resolution_level().specific_channels();
     let reader = reader.required(r).required(g).required(b).collect_pixels(
         |Vec2(width, height), _| Image::new(width, height),
@@ -164,7 +159,7 @@ fn read_three(file: impl Read + Seek, names: &[Cow<str>; 3]) -> Result<Image, Ex
 
 fn read_one(file: impl Read + Seek, name: &str) -> Result<Image, ExrError> {
     let reader = read().no_deep_data().largest_resolution_level().specific_channels();
-    let reader = reader.required(text(name)).collect_pixels(
+    let reader = reader.required(utf8_text(name)).collect_pixels(
         |Vec2(width, height), _| Image::new(width, height),
         |image: &mut Image, position, (y,): (f32,)| set(image, position, Rgb::splat(y)),
     );
@@ -314,7 +309,7 @@ mod tests {
         let colours = ["R", "G", "B", "stderr.R", "stderr.G", "stderr.B"];
         let names = [&colours[..], &["depth.far.Y", "half.R", "N.X", "N.Y", "N.Z", "Z"]].concat();
         let channel = |(index, name): (usize, &str)| {
-            AnyChannel::new(text(name), FlatSamples::F32(vec![index as f32; 12]))
+            AnyChannel::new(utf8_text(name), FlatSamples::F32(vec![index as f32; 12]))
         };
         let channels = AnyChannels::sort(names.into_iter().enumerate().map(channel).collect());
         ExrImage::from_channels((4, 3), channels).write().to_file(path).unwrap();

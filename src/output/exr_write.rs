@@ -1,5 +1,5 @@
 use super::exr_header::sort_attributes;
-use super::{ExrLayer, Metadata, OutputError, Value, write_atomically};
+use super::{ExrLayer, Metadata, OutputError, Value, check_sides, write_atomically};
 use crate::film::Image;
 use exr::error::UnitResult;
 use exr::image::{
@@ -12,9 +12,6 @@ use exr::prelude::{SmallVec, f16};
 use std::collections::HashMap;
 use std::io::Cursor;
 use std::path::Path;
-
-/// The longest side, in pixels, that an EXR file can state.
-const MAX_SIDE: usize = i32::MAX as usize;
 
 /// Who writes the files.
 const SOFTWARE: &str = concat!("Caustica ", env!("CARGO_PKG_VERSION"));
@@ -111,7 +108,7 @@ fn encode(
     metadata: &Metadata,
     samples: Samples,
 ) -> Result<Vec<u8>, OutputError> {
-    check_size(path, image)?;
+    check_sides(path, image.width(), image.height())?;
     check_layers(path, image, layers)?;
     let attributes = LayerAttributes {
         other: attributes(path, metadata)?,
@@ -167,14 +164,6 @@ fn check_layers(path: &Path, image: &Image, layers: &[ExrLayer]) -> Result<(), O
     }
 }
 
-fn check_size(path: &Path, image: &Image) -> Result<(), OutputError> {
-    let (width, height) = (image.width(), image.height());
-    if [width, height].iter().all(|side| (1..=MAX_SIDE).contains(side)) {
-        return Ok(());
-    }
-    Err(OutputError::Size { path: path.to_path_buf(), width, height, limit: MAX_SIDE })
-}
-
 fn attributes(path: &Path, metadata: &Metadata) -> Result<HashMap<Text, AttributeValue>, OutputError> {
     metadata
         .entries()
@@ -207,8 +196,8 @@ fn attribute_value(value: &Value) -> AttributeValue {
     }
 }
 
-/// The encoder's own conversion takes Latin-1 alone, while readers of EXR files take text for UTF-8.
-fn utf8_text(text: &str) -> Text {
+/// The library's own conversion takes Latin-1 alone, while text in EXR files is taken for UTF-8.
+pub(super) fn utf8_text(text: &str) -> Text {
     Text::from_slice_unchecked(text.as_bytes())
 }
 

@@ -21,3 +21,15 @@ pub use exr_read::{MAX_PIXELS, read_exr, read_exr_bytes, read_exr_layer, read_ex
 pub use exr_write::{LARGEST_HALF, encode_exr, write_exr, write_exr_half, write_exr_layers};
 pub use metadata::{Metadata, Value};
 pub use png_read::{read_png, read_png_bytes, read_png_opacity_bytes};
+
+use std::path::Path;
+
+/// The longest side, in pixels, that PNG and EXR files can state.
+const MAX_SIDE: usize = i32::MAX as usize;
+
+fn check_sides(path: &Path, width: usize, height: usize) -> Result<(), OutputError> {
+    if [width, height].iter().all(|side| (1..=MAX_SIDE).contains(side)) {
+        return Ok(());
+    }
+    Err(OutputError::Size { path: path.to_path_buf(), width, height, limit: MAX_SIDE })
+}

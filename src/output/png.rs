@@ -1,4 +1,4 @@
-use super::{Curve, OutputError, write_atomically};
+use super::{Curve, OutputError, check_sides, write_atomically};
 use crate::film::Image;
 use crate::math::Rgb;
 use std::io::{self, Write};
@@ -6,9 +6,6 @@ use std::path::Path;
 
 /// What stands for a pixel with a NaN, so that nobody takes it for black.
 const NAN_COLOUR: [u8; 3] = [255, 0, 255];
-
-/// The longest side, in pixels, that a PNG file can state.
-const MAX_SIDE: usize = i32::MAX as usize;
 
 /// From linear values to display values: `curve(2^exposure · x)^(1/gamma)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,9 +81,7 @@ pub fn write_png_samples(
     height: usize,
     samples: &[[u8; 3]],
 ) -> Result<(), OutputError> {
-    if ![width, height].iter().all(|side| (1..=MAX_SIDE).contains(side)) {
-        return Err(OutputError::Size { path: path.to_path_buf(), width, height, limit: MAX_SIDE });
-    }
+    check_sides(path, width, height)?;
     write_atomically(path, |out| encode_samples(out, width as u32, height as u32, samples.as_flattened()))
 }
 
