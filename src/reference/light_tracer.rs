@@ -3,13 +3,11 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::MAX_SEGMENTS;
 use super::path_tracer::{random_lens_sample, random_ray};
 use crate::bsdf::{Choice, Coat, DiffuseSampling, Event, Scattering, Transport, sample_diffuse};
 use crate::math::{DVec3, Frame, Ray, Rgb, Rng, Stream, Vec2, Vec3};
 use crate::scene::{FilmDesc, Media, Scene, SurfaceHit};
-
-/// Longer paths than this are cut; with an albedo of .9 one in 10⁴⁵ is.
-const MAX_SEGMENTS: u32 = 1000;
 
 /// Paths that one task follows; fixed, so that the order in which splats are summed is.
 const CHUNK: usize = 1024;
