@@ -54,7 +54,7 @@ pub fn check_memory(bytes: u64) -> io::Result<()> {
 }
 
 /// The bytes that may still be allocated without swapping, by the system's own estimate; `None` where it makes none.
-pub fn available_memory() -> Option<u64> {
+fn available_memory() -> Option<u64> {
     let memory = fs::read_to_string("/proc/meminfo").ok()?;
     let line = memory.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
     let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;

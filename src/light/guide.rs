@@ -76,11 +76,6 @@ impl Guide {
         1.0 / f64::from(self.weights[self.tree.find(start)])
     }
 
-    /// Of the tree without its share of natural photons.
-    pub fn tree_density(&self, start: &Start) -> f64 {
-        self.tree.densities()[self.tree.find(start)]
-    }
-
     /// How many cells there are.
     pub fn cells(&self) -> usize {
         self.weights.len()

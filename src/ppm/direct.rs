@@ -62,7 +62,7 @@ impl DirectPass {
 
     /// Adds one sample of the area lights at every hit point, so that their noise falls with the passes; drawn by the number of
     /// the pass, from 0.
-    pub fn add_pass(&mut self, stage: Stage, hit_points: &[HitPoint], seed: u64, pass: u32) {
+    pub(super) fn add_pass(&mut self, stage: Stage, hit_points: &[HitPoint], seed: u64, pass: u32) {
         let Stage { scene, lights, .. } = stage;
         let sampled = &mut self.sampled;
         let rays: u64 = sampled
@@ -102,12 +102,12 @@ impl DirectPass {
     }
 
     /// Whether any of it is sampled, and so changes from pass to pass.
-    pub fn is_sampled(&self) -> bool {
+    pub(super) fn is_sampled(&self) -> bool {
         !self.sampled.from_areas.is_empty()
     }
 
     /// The part of [`DirectPass::irradiance`] that is sampled.
-    pub fn irradiance_from_areas(&self, index: usize) -> DVec3 {
+    pub(super) fn irradiance_from_areas(&self, index: usize) -> DVec3 {
         let Sampled { from_areas, passes, .. } = &self.sampled;
         from_areas.get(index).map_or(DVec3::ZERO, |sum| *sum / f64::from(*passes))
     }

@@ -23,7 +23,7 @@ impl PhotonBudget {
     }
 
     /// `ρ = N_a / N_g`.
-    pub fn rho(&self) -> f64 {
+    fn rho(&self) -> f64 {
         self.aimed as f64 / self.natural.max(1) as f64
     }
 }
