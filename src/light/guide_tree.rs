@@ -1,45 +1,9 @@
-use super::guide::{DIMENSIONS, Start};
-
-/// How many parts of a cell are told apart along each axis before it is split between two of them.
-const BINS: usize = 16;
-
-/// Splits must be so many standard deviations from chance, squared: the best of [`BINS`] on five axes is taken.
-const CERTAIN: f64 = 16.0;
-
-/// So many arrivals may be chance where hardly any is expected.
-const A_FEW: f64 = 2.0;
-
-/// No fewer photons tell of a cell.
-const FEWEST: u32 = 16;
+use super::cell_split::{Cell, Plane, best_split};
+use super::guide::Start;
+use super::tally::{Example, LEVELS, Purpose, Tally};
 
 /// No more lights are told apart without a photon that tells why.
 const MOST_LIGHTS: usize = 64;
-
-/// How many degrees of coming near are told apart.
-pub const LEVELS: usize = 8;
-
-/// A photon that has been followed.
-#[derive(Clone, Copy, Debug)]
-pub struct Example {
-    /// How it started.
-    pub start: Start,
-    /// The volume of starts that it stands for, up to a common factor: over the density by which it was drawn.
-    pub weight: f64,
-    /// How near it came to what is seen: 0 if it arrived, [`LEVELS`] if it came near in no way.
-    pub level: u8,
-    /// The rays of its path.
-    pub rays: u32,
-}
-
-/// What photons are drawn for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Purpose {
-    /// To find more that arrive: half go where photons came near on the lowest level on which any did, in proportion to the probability `m`
-    /// with which they did, a quarter on the next, and so on.
-    Search,
-    /// For the least variance times rays: in proportion to `√(m / c)`, where they arrive with the probability `m` and cost `c` rays.
-    Render,
-}
 
 /// A partition of the cube that emissions are drawn from, by planes across its axes, and a density for each of its cells.
 #[derive(Clone, Debug, Default)]
@@ -62,32 +26,6 @@ enum Node {
         /// The place of the upper half.
         upper: u32,
     },
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Plane {
-    axis: usize,
-    at: f64,
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Cell {
-    low: Start,
-    high: Start,
-}
-
-impl Cell {
-    const ALL: Cell = Cell { low: [0.0; DIMENSIONS], high: [1.0; DIMENSIONS] };
-
-    fn volume(&self) -> f64 {
-        self.low.iter().zip(&self.high).map(|(low, high)| high - low).product()
-    }
-
-    fn halves(&self, Plane { axis, at }: Plane) -> [Cell; 2] {
-        let [mut lower, mut upper] = [*self; 2];
-        (lower.high[axis], upper.low[axis]) = (at, at);
-        [lower, upper]
-    }
 }
 
 impl GuideTree {
@@ -229,141 +167,6 @@ fn expense(cells: &[Cell], tallies: &[Tally], all: &Tally) -> f64 {
     cells.iter().zip(tallies).map(|(cell, tally)| cell.volume() * tally.expense(all)).sum()
 }
 
-/// Sums over the photons of a cell.
-#[derive(Clone, Copy, Debug, Default)]
-struct Tally {
-    photons: u32,
-    /// Those that came near on each level.
-    near: [u32; LEVELS],
-    weight: f64,
-    /// The weight of those that came near.
-    near_weight: [f64; LEVELS],
-    /// Rays times weights.
-    rays: f64,
-}
-
-impl Tally {
-    fn of(examples: &[Example]) -> Tally {
-        let mut tally = Tally::default();
-        examples.iter().for_each(|example| tally.add(example));
-        tally
-    }
-
-    fn add(&mut self, &Example { weight, level, rays, .. }: &Example) {
-        self.photons += 1;
-        self.weight += weight;
-        self.rays += weight * f64::from(rays);
-        for level in usize::from(level)..LEVELS {
-            self.near[level] += 1;
-            self.near_weight[level] += weight;
-        }
-    }
-
-    fn plus(mut self, other: &Tally) -> Tally {
-        self.photons += other.photons;
-        self.weight += other.weight;
-        self.rays += other.rays;
-        for level in 0..LEVELS {
-            self.near[level] += other.near[level];
-            self.near_weight[level] += other.near_weight[level];
-        }
-        self
-    }
-
-    /// `m` on a level: what was found, and what would not have been. That is in proportion to the next level, as with `all`, as far
-    /// as the photons are too few to tell.
-    fn nearness(&self, level: usize, all: &Tally) -> f64 {
-        let usual = all.near_weight[level] / all.weight;
-        let expected = match all.near_weight.get(level + 1) {
-            Some(&next) if next > 0.0 => self.nearness(level + 1, all) * all.near_weight[level] / next,
-            _ => usual,
-        };
-        let found = if self.weight > 0.0 { self.near_weight[level] / self.weight } else { 0.0 };
-        found + expected / (1.0 + f64::from(self.photons) * expected)
-    }
-
-    /// `c`.
-    fn cost(&self) -> f64 {
-        if self.weight > 0.0 { (self.rays / self.weight).max(1.0) } else { 1.0 }
-    }
-
-    fn density(&self, purpose: Purpose, all: &Tally) -> f64 {
-        let part = |level: usize| {
-            let usual = all.near_weight[level] / all.weight;
-            0.5f64.powi(level as i32) * self.nearness(level, all) / usual
-        };
-        match purpose {
-            Purpose::Search => (0..LEVELS).filter(|&level| all.near[level] > 0).map(part).sum(),
-            Purpose::Render => (self.nearness(0, all) / self.cost()).sqrt(),
-        }
-    }
-
-    /// `√(m c)` of those that arrive: its integral squared is what variance times rays is by the best densities.
-    fn expense(&self, all: &Tally) -> f64 {
-        (self.nearness(0, all) * self.cost()).sqrt()
-    }
-}
-
-/// The plane between halves that differ most, if that is no matter of chance.
-fn best_split(cell: &Cell, examples: &[Example], lights: &[f64]) -> Option<Plane> {
-    let (mut best, mut least) = (None, CERTAIN);
-    for axis in 0..DIMENSIONS {
-        let planes = planes(cell, axis, lights);
-        let bins = tallies(examples, axis, &planes);
-        let all = bins.iter().fold(Tally::default(), Tally::plus);
-        let mut below = Tally::default();
-        for (bin, &at) in bins.iter().zip(&planes) {
-            below = below.plus(bin);
-            let certainty = certainty(&below, &all);
-            if certainty > least {
-                (best, least) = (Some(Plane { axis, at }), certainty);
-            }
-        }
-    }
-    best
-}
-
-/// How many standard deviations, squared, those below a plane differ from chance on some level.
-///
-/// Photons count as they were drawn: weighed, few that stand for many would hide what many tell.
-fn certainty(below: &Tally, all: &Tally) -> f64 {
-    if below.photons.min(all.photons - below.photons) < FEWEST {
-        return 0.0;
-    }
-    let part = f64::from(below.photons) / f64::from(all.photons);
-    let on_level = |level: usize| {
-        let [below, near] = [below.near[level], all.near[level]].map(f64::from);
-        let chance = near * (1.0 - near / f64::from(all.photons)) * part * (1.0 - part);
-        let surplus = (below - near * part).abs() - A_FEW;
-        if surplus > 0.0 { surplus * surplus / chance } else { 0.0 }
-    };
-    (0..LEVELS).map(on_level).fold(0.0, f64::max)
-}
-
-/// Where a cell may be split across an axis, in order.
-fn planes(cell: &Cell, axis: usize, lights: &[f64]) -> Vec<f64> {
-    let (low, high) = (cell.low[axis], cell.high[axis]);
-    if axis > 0 {
-        let wide = high - low > 1e-5;
-        let at = |k: usize| low + (high - low) * (k as f64 / BINS as f64);
-        return (1..BINS).filter(|_| wide).map(at).collect();
-    }
-    let first = lights.partition_point(|&end| end <= low);
-    let inside: &[f64] = &lights[first..lights.partition_point(|&end| end < high).max(first)];
-    inside.iter().step_by(inside.len().div_ceil(BINS - 1).max(1)).copied().collect()
-}
-
-/// Of the examples between planes.
-fn tallies(examples: &[Example], axis: usize, planes: &[f64]) -> [Tally; BINS] {
-    let mut bins = [Tally::default(); BINS];
-    if !planes.is_empty() {
-        for example in examples {
-            bins[planes.partition_point(|&at| at <= example.start[axis])].add(example);
-        }
-    }
-    bins
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -451,13 +254,5 @@ mod tests {
             let tree = GuideTree::grow(&mut examples, &[0.5, 1.0], Purpose::Search);
             assert!(tree.densities() == [1.0] && tree.gain() == 1.0);
         }
-    }
-
-    /// Two where a sixtieth of one was expected.
-    #[test]
-    fn a_few_may_be_chance() {
-        let tally = |photons, near| Tally { photons, near: [near; LEVELS], ..Tally::default() };
-        let certain = |near| certainty(&tally(16, near), &tally(16_384, 16)) > CERTAIN;
-        assert!(!certain(2) && certain(4));
     }
 }

@@ -2,6 +2,7 @@
 
 mod aim;
 mod aim_cone;
+mod cell_split;
 mod distant;
 mod emitter;
 mod environment;
@@ -10,15 +11,17 @@ mod guide_tree;
 mod lane_emission;
 mod selection;
 mod spot;
+mod tally;
 
 pub use aim::{Aim, AimedSample};
 pub use distant::Distant;
 pub use environment::{Environment, Panorama};
 pub use guide::{Guide, Numbers, Start, start};
-pub use guide_tree::{Example, GuideTree, LEVELS, Purpose};
+pub use guide_tree::GuideTree;
 pub use lane_emission::LaneEmission;
 pub use selection::Lights;
 pub use spot::Spot;
+pub use tally::{Example, LEVELS, Purpose};
 
 use std::f32::consts::PI;
 use std::sync::Arc;
