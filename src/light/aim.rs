@@ -79,8 +79,7 @@ impl Aim {
     /// An emission drawn by `p_aim`.
     pub fn sample(&self, rng: &mut Rng) -> AimedSample {
         let u = selection::choice(rng.next_f32(), rng.next_f32());
-        let last = self.cumulative.len() - 1;
-        let chosen = self.cumulative.partition_point(|&c| c <= u).min(last);
+        let chosen = selection::place(&self.cumulative, u);
         let (light, ball) = (chosen / self.balls.len(), chosen % self.balls.len());
         let Source { emitter, probability } = &self.sources[light];
         let origin = emitter.origin(rng.next_vec2());

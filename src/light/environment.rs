@@ -2,6 +2,7 @@ use std::f32::consts::PI;
 use std::f64::consts::PI as PI64;
 
 use super::distant::{beyond, cross_section, outside};
+use super::selection::place;
 use super::{EmissionSample, IlluminationSample};
 use crate::film::Image;
 use crate::math::{BoundingSphere, DVec3, Rgb, Vec2, Vec3, mean, warp};
@@ -233,7 +234,7 @@ fn step(cumulative: &[f64], k: usize) -> f64 {
 
 /// The place that `u` in `[0, 1)` chooses, and how far into it, from 0 to 1.
 fn chosen(cumulative: &[f64], u: f64) -> (usize, f64) {
-    let k = cumulative.partition_point(|&c| c <= u).min(cumulative.len() - 1);
+    let k = place(cumulative, u);
     let share = step(cumulative, k);
     let before = cumulative[k] - share;
     (k, if share > 0.0 { ((u - before) / share).clamp(0.0, 1.0) } else { 0.5 })

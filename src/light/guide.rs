@@ -1,4 +1,5 @@
 use super::guide_tree::GuideTree;
+use super::selection::{choice, place};
 use crate::math::UNIT;
 
 /// The numbers that an emission is drawn by, in the order in which they are drawn: two choose the light, the first coarsely and the
@@ -52,8 +53,7 @@ impl Guide {
 
     /// The cell that `u` in `[0, 1)` chooses.
     pub fn cell(&self, u: f64) -> usize {
-        let last = self.cumulative.len() - 1;
-        self.cumulative.partition_point(|&c| c <= u).min(last)
+        place(&self.cumulative, u)
     }
 
     /// What an emission from this cell carries, in parts of a natural one: `1 / q`.
@@ -94,8 +94,7 @@ impl Guide {
 
 /// The point of the cube that numbers stand for.
 pub fn start([coarse, a, b, c, d, fine]: Numbers) -> Start {
-    let choice = super::selection::choice(coarse, fine);
-    [choice, a.into(), b.into(), c.into(), d.into()]
+    [choice(coarse, fine), a.into(), b.into(), c.into(), d.into()]
 }
 
 /// The coarse and the fine number of a choice in `[0, 1)`.

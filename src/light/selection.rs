@@ -168,6 +168,11 @@ fn draw_choice(rng: &mut Rng) -> f64 {
     choice(coarse, fine)
 }
 
+/// The place that `u` in `[0, 1)` chooses, by running sums up to 1, which rounding may leave a little less.
+pub(super) fn place(cumulative: &[f64], u: f64) -> usize {
+    cumulative.partition_point(|&c| c <= u).min(cumulative.len() - 1)
+}
+
 /// A discrete distribution in proportion to flux: running sums in f64, normalised.
 #[derive(Clone, Debug, Default)]
 struct Distribution {
