@@ -11,6 +11,7 @@ mod plan;
 mod reach;
 mod region;
 mod rules;
+mod sphere_sides;
 mod surfaces;
 #[cfg(test)]
 mod testing;
