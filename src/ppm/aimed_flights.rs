@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::course::Course;
 use super::mixture::Mixture;
 use super::onward::{Onward, go_on};
-use super::photon_pass::PhotonChunk;
+use super::photons::PhotonChunk;
 use super::wavefront::MAX_SEGMENTS;
 use super::{Ledger, Photon};
 use crate::bsdf::{SpecularLobe, Transport};

@@ -6,7 +6,7 @@ use super::diffuse_bounce::Arrivals;
 use super::draws::Draws;
 use super::emission::Starts;
 use super::flights::{FlightPacket, at, lanes_of};
-use super::photon_pass::{Deposits, PhotonChunk};
+use super::photons::{Deposits, PhotonChunk};
 use crate::bsdf::Coat;
 use crate::scene::{SurfaceHit, SurfacePacket};
 use crate::simd::{LANES, Mask};

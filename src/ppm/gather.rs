@@ -262,7 +262,7 @@ pub(super) fn close<S: Gathers>(
 #[cfg(test)]
 mod tests {
     use super::super::evenness::{PartSums, TestedState};
-    use super::super::photon_pass::Deposits;
+    use super::super::photons::Deposits;
     use super::super::statistic::{SingleState, Statistic};
     use super::super::{GatherState, HitPoint};
     use super::*;

@@ -142,7 +142,7 @@ impl Record for SumInParts {
 
 #[cfg(test)]
 mod tests {
-    use super::super::photon_pass::Deposits;
+    use super::super::photons::Deposits;
     use super::super::{Facets, HitPoint, Photon, Precision, RadiusPolicy, received};
     use super::*;
     use crate::bsdf::Coat;

@@ -9,7 +9,7 @@ use super::flights::{FlightPacket, Flights, at, lanes_of};
 use super::lane_flux::LaneFlux;
 use super::onward::go_on;
 use super::pasts::Pasts;
-use super::photon_pass::PhotonChunk;
+use super::photons::PhotonChunk;
 use crate::bsdf::{DiffuseSampling, SPECULAR, SpecularLobe, Transport};
 use crate::effects::PathClass;
 use crate::math::DVec3;

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use rayon::prelude::*;
 
-use super::photon_pass::{PhotonBatch, Photons};
+use super::photons::{PhotonBatch, Photons};
 use super::{HitPoint, Photon, Render, received};
 use crate::bvh::{Sphere, SphereBvh};
 use crate::effects::PathClass;

@@ -10,7 +10,7 @@ use super::flights::{FlightPacket, Flights};
 use super::lane_flux::PowerOf;
 use super::pasts::Pasts;
 use super::photon_packet::Packet;
-use super::photon_pass::PhotonChunk;
+use super::photons::PhotonChunk;
 use crate::effects::PathClass;
 use crate::math::DVec3;
 use crate::scene::Coherence;
