@@ -48,7 +48,7 @@ impl Tally {
         tally
     }
 
-    fn add(&mut self, &Example { weight, level, rays, .. }: &Example) {
+    pub fn add(&mut self, &Example { weight, level, rays, .. }: &Example) {
         self.photons += 1;
         self.weight += weight;
         self.rays += weight * f64::from(rays);
