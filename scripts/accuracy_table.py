@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Holds what renders say of their own error against references, and prints the tables of docs/accuracy.md.
+"""Holds what renders say of their own error against references, and prints two tables of docs/accuracy.md.
 
 usage: accuracy_table.py PROGRAM OUTPUT_FOLDER
 
@@ -8,11 +8,11 @@ discs of 0.6 times the radius.
 """
 
 import json
-import subprocess
 import sys
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
+from figures.tools import run, table
+
 # Scene, radius, photons a pass: those of the scene files, for a quarter of their pixels.
 SCENES = [
     ("course_diffuse", 1.0, 25_000),
@@ -23,14 +23,10 @@ SCENES = [
 ]
 PASSES = 32
 LONG = 320
-
-
-def run(program, *arguments):
-    command = [str(program), *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT)
-    if done.returncode != 0:
-        sys.exit(f"{' '.join(command)}\n{done.stderr}")
-    return done.stdout
+HONESTY = ["scene", "within 90 % (%)", "within 50 % (%)", "untrusted (%)", "true error (%)", "estimate (%)", "noise, bias (%)"]
+PREDICTIONS = [
+    "scene", "target (%)", "asked after", "passes foretold", "passes it took", "seconds foretold", "seconds it took", "exponent",
+]
 
 
 def render(program, scene, output, seed, radius, photons, passes, *more):
@@ -47,6 +43,7 @@ def looks(path):
 
 
 def judge(program, folder, scene, radius, photons):
+    """How often a picture's bounds hold, and its error as it is and as the render says; all of 1."""
     reference, picture = folder / f"{scene}_reference.exr", folder / f"{scene}.exr"
     render(program, scene, reference, 2, 0.6 * radius, 40 * photons, PASSES, "--no-error-estimates")
     shares, statistics = [], folder / f"{scene}.jsonl"
@@ -56,11 +53,19 @@ def judge(program, folder, scene, radius, photons):
         told = json.loads(run(program, "compare", picture, reference, "--bound", f"{picture}:bound", "--json"))
         shares.append(told["coverage"])
     error = looks(statistics)[-1][1]
-    untrusted = 100 * shares[0]["untrusted"]
-    within = " | ".join(f"{100 * share['share']:.1f}" for share in shares)
-    true = 100 * told["rel_mse"] ** 0.5
-    noise, bias = 100 * error["noise"], 100 * error["bias"]
-    print(f"| {scene} | {within} | {untrusted:.1f} | {true:.2f} | {100 * error['error']:.2f} | {noise:.2f}, {bias:.2f} |")
+    return {
+        "scene": scene,
+        "within": [share["share"] for share in shares],
+        "untrusted": shares[0]["untrusted"],
+        "true": told["rel_mse"] ** 0.5,
+        **{name: error[name] for name in ("error", "noise", "bias")},
+    }
+
+
+def honesty_row(judged):
+    within = [f"{100 * share:.1f}" for share in judged["within"]]
+    true, error, noise, bias = (f"{100 * judged[name]:.2f}" for name in ("true", "error", "noise", "bias"))
+    return [judged["scene"], *within, f"{100 * judged['untrusted']:.1f}", true, error, f"{noise}, {bias}"]
 
 
 def foretell(program, folder, scene, radius, photons):
@@ -73,25 +78,40 @@ def foretell(program, folder, scene, radius, photons):
     history = looks(statistics)
     seconds, last = history[-1]
     _, early = min(history, key=lambda look: abs(look[1]["passes"] - 0.1 * last["passes"]))
-    outlook = early["outlook"]
-    print(
-        f"| {scene} | {100 * target:.2f} | {early['passes']} | {outlook['passes']:.0f} | {last['passes']} "
-        f"| {outlook['seconds']:.1f} | {seconds:.1f} | {early['exponent']:.3f} |"
-    )
+    return {
+        "scene": scene,
+        "target": target,
+        "asked": early["passes"],
+        "exponent": early["exponent"],
+        "passes": (early["outlook"]["passes"], last["passes"]),
+        "seconds": (early["outlook"]["seconds"], seconds),
+    }
+
+
+def prediction_row(told):
+    passes, seconds = ([f"{number:.{places}f}" for number in told[name]] for name, places in (("passes", 0), ("seconds", 1)))
+    return [told["scene"], f"{100 * told['target']:.2f}", told["asked"], *passes, *seconds, f"{told['exponent']:.3f}"]
+
+
+def of_all(question, program, folder):
+    """`judge` or `foretell`, for all scenes."""
+    folder.mkdir(parents=True, exist_ok=True)
+    return [question(program, folder, *scene) for scene in SCENES]
+
+
+def honesty_table(judged):
+    return table(HONESTY, map(honesty_row, judged))
+
+
+def predictions_table(told):
+    return table(PREDICTIONS, map(prediction_row, told))
 
 
 def main():
-    program, folder = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve()
-    folder.mkdir(parents=True, exist_ok=True)
-    print("| scene | within 90 % (%) | within 50 % (%) | untrusted (%) | true error (%) | estimate (%) | noise, bias (%) |")
-    print("|---|---|---|---|---|---|---|")
-    for scene in SCENES:
-        judge(program, folder, *scene)
+    program, folder = (Path(argument).resolve() for argument in sys.argv[1:])
+    print(honesty_table(of_all(judge, program, folder)))
     print()
-    print("| scene | target (%) | asked after | passes foretold | passes it took | seconds foretold | seconds it took | exponent |")
-    print("|---|---|---|---|---|---|---|---|")
-    for scene in SCENES:
-        foretell(program, folder, *scene)
+    print(predictions_table(of_all(foretell, program, folder)))
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
+JOBS = 200
 SIZE, PASSES, PHOTONS = "64x64", 4, 20000
 SCENE = ROOT / "data" / "course_diffuse.toml"
 FLAGS = [f"--size={SIZE}", f"--passes={PASSES}", f"--photons={PHOTONS}"]
@@ -92,7 +93,7 @@ intensity = [1, 1, 1]
 
 
 def frames(program, folder, cores):
-    """How many processes render the frames, and what each of them loads."""
+    """Seconds of the frames, how many processes rendered them, and seconds of loading: of the first of each, of the others."""
     folder = folder / "frames"
     folder.mkdir(exist_ok=True)
     subprocess.run([program, "surface", folder / "large.obj", "--cells", str(CELLS)], check=True, stderr=subprocess.DEVNULL)
@@ -108,10 +109,28 @@ def frames(program, folder, cores):
         loads.setdefault(attempt["process"], []).append(attempt["load_seconds"])
     firsts = sorted(max(loads_of_one) for loads_of_one in loads.values())
     others = sorted(load for loads_of_one in loads.values() for load in sorted(loads_of_one)[:-1])
-    print(
-        f"{FRAMES} frames that share {2 * CELLS * CELLS} triangles: {seconds:.1f} s in {len(loads)} processes; the first frame of each loads in "
-        f"{firsts[0]:.2f} to {firsts[-1]:.2f} s, the others in {statistics.median(others):.3f} s (median)"
-    )
+    return {"seconds": seconds, "processes": len(loads), "firsts": firsts, "others": statistics.median(others)}
+
+
+def batch_against_renders(program, folder, jobs, cores):
+    """Seconds of the same jobs one by one and as a batch, and what the batch takes more than `cores` times fewer of them."""
+    marks = [processor_seconds()]
+    told, whole = one_by_one(program, folder, jobs)
+    marks.append(processor_seconds())
+    batch, in_batch, loading = as_batch(program, folder, jobs, cores)
+    marks.append(processor_seconds())
+    return {
+        "one by one": sum(whole),
+        "renders": sum(told),
+        "batch": batch,
+        "renders in the batch": in_batch,
+        "loading": loading,
+        "against its renders": batch * cores / in_batch,
+        "against processes": batch * cores / sum(whole),
+        "against renders": batch * cores / sum(told),
+        "renders beside each other": in_batch / sum(told),
+        "processor seconds": (marks[2] - marks[1]) / (marks[1] - marks[0]),
+    }
 
 
 def main():
@@ -119,27 +138,20 @@ def main():
         sys.exit(__doc__)
     program = Path(sys.argv[1]).resolve()
     folder = Path(sys.argv[2] if len(sys.argv) > 2 else "out/batch_cost").resolve()
-    jobs = int(sys.argv[3]) if len(sys.argv) > 3 else 200
+    jobs = int(sys.argv[3]) if len(sys.argv) > 3 else JOBS
     repetitions = int(sys.argv[4]) if len(sys.argv) > 4 else 3
     folder.mkdir(parents=True, exist_ok=True)
     cores = len(os.sched_getaffinity(0))
-    ready, bare = start_up(program, folder)
-    print(f"start-up: process {1e3 * statistics.median(bare):.1f} ms, with its scene ready {1e3 * statistics.median(ready):.1f} ms (medians)")
-    frames(program, folder, cores)
+    ready, bare = map(statistics.median, start_up(program, folder))
+    print(f"start-up: process {1e3 * bare:.1f} ms, with its scene ready {1e3 * ready:.1f} ms (medians)")
+    told = frames(program, folder, cores)
+    print(
+        f"{FRAMES} frames that share {2 * CELLS * CELLS} triangles: {told['seconds']:.1f} s in {told['processes']} processes; the first frame of "
+        f"each loads in {told['firsts'][0]:.2f} to {told['firsts'][-1]:.2f} s, the others in {told['others']:.3f} s (median)"
+    )
     for _ in range(repetitions):
-        marks = [processor_seconds()]
-        told, whole = one_by_one(program, folder, jobs)
-        marks.append(processor_seconds())
-        batch, in_batch, loading = as_batch(program, folder, jobs, cores)
-        marks.append(processor_seconds())
-        alone, together = marks[1] - marks[0], marks[2] - marks[1]
-        ideal = sum(whole) / cores
-        print(
-            f"{jobs} jobs on {cores} cores: one by one {sum(whole):.2f} s, of which renders {sum(told):.2f} s; batch {batch:.2f} s, "
-            f"in which renders took {in_batch:.2f} s, loading {loading:.2f} s; "
-            f"batch / (processes one by one / cores) = {batch / ideal:.3f}, batch / (renders in the batch / cores) = {batch * cores / in_batch:.3f}; "
-            f"processor seconds {alone:.2f} one by one, {together:.2f} as a batch: {together / alone:.3f}"
-        )
+        numbers = batch_against_renders(program, folder, jobs, cores)
+        print(f"{jobs} jobs on {cores} cores: " + ", ".join(f"{name} {number:.3f}" for name, number in numbers.items()))
 
 
 if __name__ == "__main__":

@@ -13,12 +13,26 @@ import argparse
 import heapq
 import math
 import random
+from typing import NamedTuple
+
+from figures.tools import table
 
 NODES = [1, 10, 100, 1000, 10_000]
 START_SECONDS = 1.0
 SPREAD = 0.05
 DEATHS = 0.001
 SHARD_PASSES = [k * 10**e for e in range(6) for k in (1, 2, 5)]
+
+
+class Costs(NamedTuple):
+    """What shards cost on one node, in seconds: `plain` is a pass of a whole render, `merge` is of a shard and megapixel."""
+
+    setup: float
+    pass_: float
+    merge: float
+    plain: float
+    passes: int = 100_000
+    megapixels: float = 1.0
 
 
 def seconds_to_shards(nodes, shards, each, costs, rng):
@@ -58,22 +72,36 @@ def row(nodes, costs):
     return best
 
 
+HEAD = [
+    "nodes", "passes a shard", "shards", "seconds to the last shard", "merge on one node", "merge in two steps", "against one whole render",
+    "of the nodes' worth",
+]
+
+
+def prediction(nodes, costs):
+    """A row of the table as numbers: the last two are by how many times it is faster than one node, and that over the nodes."""
+    seconds, (single, steps), each, shards = row(nodes, costs)
+    alone = costs.setup + costs.passes * costs.plain
+    gain = alone / (seconds + min(single, steps))
+    return nodes, each, shards, seconds, single, steps, gain, gain / nodes
+
+
+def cells(numbers):
+    nodes, each, shards, *seconds, gain, worth = numbers
+    return [nodes, each, shards, *(f"{number:.0f}" for number in seconds), f"{gain:.1f} x", f"{100 * worth:.0f} %"]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--setup", type=float, required=True)
     parser.add_argument("--pass", dest="pass_", type=float, required=True)
     parser.add_argument("--merge", type=float, required=True, help="seconds a shard and megapixel")
-    parser.add_argument("--plain", type=float, help="seconds of a pass that is no shard's")
+    parser.add_argument("--plain", type=float, help="seconds of a pass that is no shard's [default: as --pass]")
     parser.add_argument("--passes", type=int, default=100_000)
     parser.add_argument("--megapixels", type=float, default=1.0)
-    costs = parser.parse_args()
-    alone = costs.setup + costs.passes * (costs.plain or costs.pass_)
-    print("| nodes | passes a shard | shards | seconds to the last shard | merge on one node | merge in two steps | against one whole render | of the nodes' worth |")
-    print("|---|---|---|---|---|---|---|---|")
-    for nodes in NODES:
-        seconds, (single, steps), each, shards = row(nodes, costs)
-        gain = alone / (seconds + min(single, steps))
-        print(f"| {nodes} | {each} | {shards} | {seconds:.0f} | {single:.0f} | {steps:.0f} | {gain:.1f} x | {100 * gain / nodes:.0f} % |")
+    told = parser.parse_args()
+    costs = Costs(told.setup, told.pass_, told.merge, told.plain or told.pass_, told.passes, told.megapixels)
+    print(table(HEAD, [cells(prediction(nodes, costs)) for nodes in NODES]))
 
 
 if __name__ == "__main__":

@@ -19,7 +19,9 @@ import time
 
 from figures.tools import OUT, PROGRAM, ROOT
 
-MODULES = ("performance", "accuracy", "effects", "batch", "numerics")
+MODULES = (
+    "performance", "accuracy", "effects", "shards", "batch", "numerics", "formats", "assignment", "long_runs",
+)
 FIGURE = re.compile(r"(<!-- figure: ([\w.]+) -->\n)(.*?)(<!-- end of figure -->\n)", re.DOTALL)
 
 

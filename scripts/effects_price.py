@@ -13,6 +13,7 @@ import sys
 from count_instructions import count, program
 
 KERNELS = ("eye", "photons", "pass")
+ROUNDS = 40
 # In a folder of its own: the program itself is built as well, and must not take the place of the whole one.
 WITHOUT = ("--features", "lambertian-only", "--target-dir", "target/lambertian-only")
 
@@ -22,15 +23,24 @@ def nanoseconds(path, kernel):
     return int(subprocess.run([path, kernel], check=True, stdout=subprocess.PIPE, text=True).stdout.split()[2])
 
 
-def main():
-    rounds = int(sys.argv[1]) if len(sys.argv) > 1 else 40
+def price(whole, lambertian, kernel, rounds):
+    """What the whole program takes more than the other, of 1: instructions and time."""
+    with_all, without = (count(path, kernel)[0] for path in (whole, lambertian))
+    times = [(nanoseconds(whole, kernel), nanoseconds(lambertian, kernel)) for _ in range(rounds)]
+    fastest, fastest_without = (min(column) for column in zip(*times))
+    return with_all / without - 1, fastest / fastest_without - 1
+
+
+def prices(rounds=ROUNDS):
+    """Of all kernels, by their names."""
     whole, lambertian = program(), program(*WITHOUT)
+    return {kernel: price(whole, lambertian, kernel, rounds) for kernel in KERNELS}
+
+
+def main():
+    rounds = int(sys.argv[1]) if len(sys.argv) > 1 else ROUNDS
     print("kernel    more instructions   more time")
-    for kernel in KERNELS:
-        with_all, without = (count(path, kernel)[0] for path in (whole, lambertian))
-        times = [(nanoseconds(whole, kernel), nanoseconds(lambertian, kernel)) for _ in range(rounds)]
-        fastest, fastest_without = (min(column) for column in zip(*times))
-        instructions, seconds = with_all / without - 1, fastest / fastest_without - 1
+    for kernel, (instructions, seconds) in prices(rounds).items():
         print(f"{kernel:8} {100 * instructions:15.2f} %   {100 * seconds:9.2f} %")
 
 

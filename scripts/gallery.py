@@ -12,10 +12,9 @@ those of the machine that runs it.
 import json
 import subprocess
 import sys
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
-PROGRAM = ROOT / "target/release/caustica"
+from figures.tools import PROGRAM, ROOT, machine
+
 PICTURES = ROOT / "docs/images/gallery"
 
 # Name, size, passes, what it is there for.
@@ -45,7 +44,7 @@ Every scene of `data/`, rendered by one command:
 make gallery
 ```
 
-Seconds are of two cores that had other work beside it, the error is the program's own estimate (√relMSE of all light that changes from pass to pass, at most, with 90 %
+Seconds are those of the machine that is named beside them, the error is the program's own estimate (√relMSE of all light that changes from pass to pass, at most, with 90 %
 confidence; [accuracy.md](accuracy.md) says what that is worth). Where light comes from one point through glass no path tracer has a
 picture to compare; `make crosscheck` holds the others against Mitsuba 3.
 """
@@ -69,7 +68,7 @@ def entry(name, size, passes, words):
     shown = f"caustica render data/{name}.toml --size {size} --passes {passes}"
     return (
         f"\n## {name}\n\n![{name}](images/gallery/{name}.png)\n\n"
-        f"{words[0].upper()}{words[1:]}.\n\n`{shown}`: {passes} passes in {seconds:.0f} s, {known}.\n"
+        f"{words[0].upper()}{words[1:]}.\n\n`{shown}`: {passes} passes in {seconds:.0f} s on {machine()}, {known}.\n"
     )
 
 

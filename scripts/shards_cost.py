@@ -15,6 +15,7 @@ import time
 from pathlib import Path
 
 ROUNDS, PASSES, SHARDS = 3, 8, 4
+SCENE, SIZE = "data/course_water.toml", "1024x1024"
 
 
 def run(*arguments):
@@ -42,26 +43,47 @@ def in_shards(program, scene, folder):
     return told["setup_seconds"] / SHARDS, told["pass_seconds"] / PASSES, merge, size
 
 
+def measured(program, name, size):
+    """Seconds of set-up, passes (a whole render's and a shard's) and merging, and bytes a pixel of a shard."""
+    width, height = map(int, size.split("x"))
+    scene = (name, "--size", size)
+    with tempfile.TemporaryDirectory() as folder:
+        rounds = [(whole(program, scene, folder), *in_shards(program, scene, folder)) for _ in range(ROUNDS)]
+    plain, setup, partial, merge, bytes_in_all = (min(column) for column in zip(*rounds))
+    megapixels = width * height / 1e6
+    return {
+        "setup": setup,
+        "plain": plain,
+        "pass": partial,
+        "merge": merge / SHARDS / megapixels,
+        "bytes": bytes_in_all / SHARDS / width / height,
+    }
+
+
+# What is told of each number.
+LINES = {
+    "setup": ("set-up of a shard", "{:.2f} s"),
+    "plain": ("pass of a whole render", "{:.3f} s"),
+    "pass": ("pass of a shard", "{:.3f} s"),
+    "merge": ("merging", "{:.3f} s a shard and megapixel"),
+    "bytes": ("a shard on disk", "{:.1f} bytes a pixel"),
+}
+
+
+def lines(costs):
+    """What is measured, and the number with its unit."""
+    return [(words, form.format(costs[name])) for name, (words, form) in LINES.items()]
+
+
 def main():
     if len(sys.argv) < 2:
         sys.exit(__doc__)
     program, *rest = sys.argv[1:]
-    name = rest[0] if rest else "data/course_water.toml"
-    size = rest[1] if len(rest) > 1 else "1024x1024"
-    width, height = map(int, size.split("x"))
-    megapixels = width * height / 1e6
-    with tempfile.TemporaryDirectory() as folder:
-        rounds = [
-            (whole(program, (name, "--size", size), folder), *in_shards(program, (name, "--size", size), folder))
-            for _ in range(ROUNDS)
-        ]
-    plain, setup, partial, merge, bytes_in_all = (min(column) for column in zip(*rounds))
+    name = rest[0] if rest else SCENE
+    size = rest[1] if len(rest) > 1 else SIZE
     print(f"{name}, {size}")
-    print(f"set-up of a shard      {setup:8.2f} s")
-    print(f"pass of a whole render {plain:8.3f} s")
-    print(f"pass of a shard        {partial:8.3f} s")
-    print(f"merging                {merge / SHARDS / megapixels:8.3f} s a shard and megapixel")
-    print(f"a shard on disk        {bytes_in_all / SHARDS / width / height:8.1f} bytes a pixel")
+    for words, number in lines(measured(program, name, size)):
+        print(f"{words:22} {number}")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,9 @@
 """What figures are made with: running the program, tables, numbers as people read them."""
 
 import json
+import os
+import platform
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -10,13 +13,18 @@ PROGRAM = ROOT / "target" / "release" / "caustica"
 OUT = ROOT / "out" / "figures"
 
 
-def run(*command):
-    """Standard output of `command`; ends the program, with what it said, where it fails."""
+def finished(*command):
+    """`command` when it is done, with all that it said; ends the program, with that, where it fails."""
     words = [str(word) for word in command]
     done = subprocess.run(words, capture_output=True, text=True, cwd=ROOT)
     if done.returncode != 0:
         sys.exit(f"{' '.join(words)} failed:\n{done.stderr}")
-    return done.stdout
+    return done
+
+
+def run(*command):
+    """Standard output of `command`; ends the program, with what it said, where it fails."""
+    return finished(*command).stdout
 
 
 def caustica(*arguments):
@@ -45,9 +53,20 @@ def commands(*lines):
     return "\n".join(["```sh", *lines, "```"])
 
 
+def typed(*lines):
+    """Markdown of commands of the program, as people type them."""
+    return commands(*(f"caustica {line}" for line in lines))
+
+
 def paragraphs(*parts):
     """Parts of a figure, with an empty line between them."""
     return "\n\n".join(parts)
+
+
+def machine():
+    """What measures: "2 cores of AMD EPYC"."""
+    names = re.findall(r"^model name\s*: (.*\S)", Path("/proc/cpuinfo").read_text(), re.MULTILINE)
+    return f"{len(os.sched_getaffinity(0))} cores of {names[0] if names else platform.machine()}"
 
 
 def digits(value, significant=3):
@@ -57,3 +76,8 @@ def digits(value, significant=3):
     rounded = float(f"{value:.{significant - 1}e}")
     decimals = max(0, significant - 1 - int(f"{rounded:e}".split("e")[1]))
     return f"{rounded:,.{decimals}f}"
+
+
+def span(values, form=digits):
+    """"3.1 to 4.5", from the least to the most."""
+    return f"{form(min(values))} to {form(max(values))}"
