@@ -57,22 +57,27 @@ def estimates():
         means.append([sum(column) / RUNS for column in zip(*shares)])
         rows.append([scene, *(percent(mean, 1) for mean in means[-1])])
     long = share_of_estimates("course_diffuse", 600, "--layers")
+    most = [max(column) for column in zip(*means)]
+    shown = "render data/course_water.toml --passes 64 --photons 1e5 --json out/passes.jsonl"
     return paragraphs(
         table(["scene", "share of the estimates (%)", "with `--layers` (%)"], rows),
-        f"On {machine()}, 64 passes, means of {RUNS} runs. Estimates take at most {percent(max(mean[0] for mean in means), 1)} % of a render, "
-        f"with layers {percent(max(mean[1] for mean in means), 1)} %; in 600 passes of `course_diffuse` layers take {percent(long, 1)} %.",
-        typed("render data/course_water.toml --passes 64 --photons 1e5 --json out/passes.jsonl", "render data/course_water.toml --passes 64 --photons 1e5 --json out/passes.jsonl --layers"),
+        f"On {machine()}, 64 passes, means of {RUNS} runs. Estimates take at most {percent(most[0], 1)} % of a render, with layers "
+        f"{percent(most[1], 1)} %; in 600 passes of `course_diffuse` they take {percent(long, 1)} % with layers.",
+        typed(shown, f"{shown} --layers"),
     )
 
 
 SECONDS, REFERENCE_SECONDS = 20, 60
+CAUSTIC = "data/cornell_b.toml"
 LIGHT = [
-    f"reference data/cornell_b.toml --method light --spp 1000000 --time {REFERENCE_SECONDS} --seed {seed} -o out/light_{seed}.exr" for seed in (8, 9)
+    f"reference {CAUSTIC} --method light --spp 1000000 --time {REFERENCE_SECONDS} --seed {seed} -o out/light_{seed}.exr"
+    for seed in (8, 9)
 ]
 RIVALS = {
-    "path tracing": f"reference data/cornell_b.toml --spp 1000000 --time {SECONDS} -o out/path.exr",
-    "photon mapping, the scene's settings": f"render data/cornell_b.toml --passes 1000000 --time {SECONDS} -o out/photons.exr",
-    "photon mapping, radius 3": f"render data/cornell_b.toml --passes 1000000 --time {SECONDS} --radius 3 --photons 2e6 -o out/photons_3.exr",
+    "path tracing": f"reference {CAUSTIC} --spp 1000000 --time {SECONDS} -o out/path.exr",
+    "photon mapping, the scene's settings": f"render {CAUSTIC} --passes 1000000 --time {SECONDS} -o out/photons.exr",
+    "photon mapping, radius 3":
+        f"render {CAUSTIC} --passes 1000000 --time {SECONDS} --radius 3 --photons 2e6 -o out/photons_3.exr",
 }
 CROP = "--crop 328,460,48,32"
 
@@ -129,7 +134,7 @@ def convergence():
 
 WATER = "data/course_water.toml --make-reference --axes alpha,radius,policy --size 96x96 --budget 240"
 TARGET = 10.0
-STUDY_HEAD = ["configuration", "passes", "error (%)", "exponent", "noise, bias in theory", "half costs", f"seconds to {TARGET:.0f} %"]
+STUDY_HEAD = ["configuration", "passes", "error (%)", "exponent", "noise, bias in theory", "half costs", f"time to {TARGET:.0f} %"]
 
 
 def study_row(curve):
@@ -140,20 +145,21 @@ def study_row(curve):
 
 def winner(told, axis):
     """One sentence: who of an axis and the baseline is at the target first."""
-    rivals = {curve["name"]: seconds_to(curve, TARGET) for curve in told["curves"] if curve["axis"] in (axis, "baseline")}
-    arrive = sorted((found[0], name) for name, found in rivals.items() if found)
-    if not arrive:
+    rivals = [curve for curve in told["curves"] if curve["axis"] in (axis, "baseline") and seconds_to(curve, TARGET)]
+    if not rivals:
         return f"Along `{axis}` nobody gets to {TARGET:.0f} %."
-    order = ", ".join(f"{name} ({digits(seconds, 2)} s)" for seconds, name in arrive)
+    rivals.sort(key=lambda curve: seconds_to(curve, TARGET)[0])
+    order = ", ".join(f"{curve['name']} ({reached(curve, TARGET)})" for curve in rivals)
     return f"Along `{axis}` the order of arrival at {TARGET:.0f} % is {order}."
 
 
 def blurred(told):
     """One sentence: whose error falls more slowly than noise would, beyond what the repetitions leave open."""
-    slow = [c["name"] for c in told["curves"] if c["exponent"] and c["exponent"] + 2 * (c["exponent_half_width"] or 0) < c["theory"]["noise"]]
+    known = [curve for curve in told["curves"] if curve["exponent"] is not None]
+    slow = [c["name"] for c in known if c["exponent"] + 2 * (c["exponent_half_width"] or 0) < c["theory"]["noise"]]
     if not slow:
         return "All errors fall as noise does: no disc is so large that its blur tells yet."
-    return f"The errors of {', '.join(slow)} fall more slowly than noise: what is left there is not noise alone, and each further half costs more."
+    return f"More slowly than noise fall the errors of {', '.join(slow)}: not noise alone is left there, and each further half costs more."
 
 
 def water():
@@ -162,7 +168,7 @@ def water():
     made = told["reference_made"]
     return paragraphs(
         table(STUDY_HEAD, map(study_row, told["curves"])),
-        f"On {machine()}, 96 x 96 pixels, {told['repetitions']} repetitions; the noise of the reference is {digits(made['error_percent'], 2)} %.",
+        f"On {machine()}, {told['repetitions']} repetitions; the noise of the reference is {digits(made['error_percent'], 2)} %.",
         " ".join([*(winner(told, axis) for axis in ("alpha", "radius", "policy")), blurred(told)]),
         typed(f"study {WATER} -o out/study_water"),
     )
@@ -196,8 +202,8 @@ def verdict(photons, rival, name):
         return f"Photon mapping has a smaller error than {name} when it ends, and by the exponents that stays so."
     how = "measured" if crossing.is_measured else "an extrapolation by the exponents"
     return (
-        f"{name.capitalize()} falls below photon mapping after {digits(crossing.seconds, 2)} s, at an error of {percent(crossing.error, 1)} % ({how}): "
-        f"until then photon mapping wins, from then on {name} does."
+        f"{name.capitalize()} falls below photon mapping after {digits(crossing.seconds, 2)} s, at an error of "
+        f"{percent(crossing.error, 1)} % ({how}): until then photon mapping wins, from then on {name} does."
     )
 
 
@@ -209,12 +215,12 @@ def diffuse():
     rows = []
     for name, curve in curves(told).items():
         end, fit = curve["points"][-1], fitted(own[name])
-        shown = "photon mapping" if name == "baseline" else name
-        rows.append([shown, end["steps"], spread(end["seconds"]), percent(own[name][-1][1]), f"{fit:.3f}", f"x {2 ** (1 / fit):.1f}"])
+        shown, error = "photon mapping" if name == "baseline" else name, percent(own[name][-1][1])
+        rows.append([shown, end["steps"], spread(end["seconds"]), error, f"{fit:.3f}", f"x {2 ** (1 / fit):.1f}"])
     photons = own.pop("baseline")
     return paragraphs(
         table(DIFFUSE_HEAD, rows),
-        f"On {machine()}, 96 x 96 pixels, {told['repetitions']} repetitions. The reference's noise, {percent(noise)} %, is taken off the errors.",
+        f"On {machine()}, {told['repetitions']} repetitions. The reference's noise, {percent(noise)} %, is taken off the errors.",
         "\n".join(verdict(photons, rival, name) for name, rival in own.items()),
         typed(NEUTRAL, f"study {DIFFUSE} -o out/study_diffuse"),
     )

@@ -30,14 +30,16 @@ def cost():
     ]
     return paragraphs(
         table(["what", "measured"], rows),
-        f"{JOBS} jobs of {SIZE.replace('x', ' x ')} pixels, {PASSES} passes of {PHOTONS:,} photons, one thread each, on {machine()}; {REPETITIONS} repetitions.",
+        f"{JOBS} jobs of {SIZE.replace('x', ' x ')} pixels, {PASSES} passes of {PHOTONS:,} photons, one thread each; on {machine()}, "
+        f"{REPETITIONS} repetitions.",
         commands("python3 scripts/batch_cost.py target/release/caustica"),
     )
 
 
 def frames_cell(shared):
+    whole = f"{shared['seconds']:.1f} s in {shared['processes']} processes"
     firsts = span(shared["firsts"], "{:.2f}".format)
-    return f"{shared['seconds']:.1f} s in {shared['processes']} processes; the first frame of each loads in {firsts} s, the others in {shared['others']:.2f} s (median)"
+    return f"{whole}; the first frame of each loads in {firsts} s, the others in {shared['others']:.2f} s (median)"
 
 
 def cluster():
@@ -51,15 +53,17 @@ def cluster():
     flags = " ".join(f"--{name} {value}" for name, value in rounded.items())
     return paragraphs(
         table(HEAD, map(cells, predictions)),
-        f"A pass of a shard takes {found['pass'] / found['plain']:.2f} times as long as one of a whole render, so a single node is worth {100 * worths[1]:.0f} % of what it "
-        f"is without shards. The picture is there soonest, {fastest[-2]:.0f} times as fast as on one node, with {fastest[0]:,} nodes; "
-        f"half of what one node is worth is lost from {half_lost(worths)} nodes on.",
+        f"A pass of a shard takes {found['pass'] / found['plain']:.2f} times as long as one of a whole render, so a single node is worth "
+        f"{100 * worths[1]:.0f} % of what it is without shards. The picture is there soonest with {fastest[0]:,} nodes, "
+        f"{fastest[-2]:.0f} times as fast as by a whole render on one. {half_lost(worths)}",
         commands(f"python3 scripts/cluster_model.py {flags}"),
     )
 
 
 def half_lost(worths):
-    return f"{min((nodes for nodes, worth in worths.items() if worth < worths[1] / 2), default=max(worths)):,}"
+    """One sentence: from how many nodes on each is worth less than half of a single one."""
+    poor = [nodes for nodes, worth in worths.items() if worth < worths[1] / 2]
+    return f"From {min(poor):,} nodes on each is worth less than half of a single one." if poor else "No number of nodes halves what each is worth."
 
 
 FIGURES = {"cost": cost, "cluster": cluster}

@@ -40,8 +40,10 @@ def lead(first, second, seconds):
 
 
 def overtaking(first, second):
-    """Where the second curve falls below the first for good: measured, or else by the exponents of their ends. `None` if it is ahead wherever
-    both are known, or never will be."""
+    """Where the second curve falls below the first for good: measured, or else by the exponents of their ends.
+
+    `None` if it is ahead wherever both are known, or never will be.
+    """
     times = shared_seconds(first, second)
     leads = [lead(first, second, seconds) for seconds in times]
     if leads[-1] > 0:

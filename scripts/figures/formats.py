@@ -26,8 +26,8 @@ def loading():
     of_tobj = {name: row[2] for name, row in rows.items()}
     return paragraphs(
         table(head, [[WORDS[name], *row] for name, row in rows.items()]),
-        f"On {machine()}. OBJ takes {of_tobj['mesh.obj']} of what `tobj` takes to parse it, with normals {of_tobj['mesh_vn.obj']}, binary PLY "
-        f"{of_tobj['binary.ply']}.",
+        f"On {machine()}. OBJ takes {of_tobj['mesh.obj']} of what `tobj` takes to parse it, with normals {of_tobj['mesh_vn.obj']}, "
+        f"binary PLY {of_tobj['binary.ply']}.",
         commands("cargo bench --bench load"),
     )
 

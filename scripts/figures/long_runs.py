@@ -23,9 +23,9 @@ def checkpoint():
     (seconds, size), (_, with_layers) = written(), written("--layers")
     median = statistics.median(seconds)
     return paragraphs(
-        f"For the water scene at 512 x 512 pixels with four samples that is {size:.0f} MB ({with_layers:.0f} MB with `--layers`), twice on disk. On {machine()} writing it "
-        f"takes {digits(median, 2)} s (median of {len(seconds)}; {digits(min(seconds), 2)} at best), so one a minute costs {digits(100 * median / 60, 2)} %: by what "
-        "`seconds_in_all` of each pass grows beyond its `seconds`.",
+        f"For the water scene at 512 x 512 pixels with four samples that is {size:.0f} MB ({with_layers:.0f} MB with `--layers`), twice on "
+        f"disk. On {machine()} writing it takes {digits(median, 2)} s (median of {len(seconds)}; {digits(min(seconds), 2)} at best), so one a "
+        f"minute costs {digits(100 * median / 60, 2)} %: by what `seconds_in_all` of each pass grows beyond its `seconds`.",
         typed(RENDER.replace("--json -", "--json out/passes.jsonl").replace(CHECKPOINT, "out/water.checkpoint")),
     )
 

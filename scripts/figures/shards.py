@@ -17,8 +17,8 @@ def cost():
     found = costs()
     return paragraphs(
         table(["what", "measured"], lines(found)),
-        f"On {machine()}, the least of {ROUNDS} rounds. A pass of a shard takes {found['pass'] / found['plain']:.2f} times as long as one of a whole "
-        f"render, and the set-up as long as {found['setup'] / found['pass']:.0f} passes.",
+        f"On {machine()}, the least of {ROUNDS} rounds. A pass of a shard takes {found['pass'] / found['plain']:.2f} times as long as one of "
+        f"a whole render, and the set-up as long as {found['setup'] / found['pass']:.0f} passes.",
         commands(f"python3 scripts/shards_cost.py target/release/caustica {SCENE} {SIZE}"),
     )
 

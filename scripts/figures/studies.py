@@ -42,7 +42,7 @@ def reached(curve, percent):
     if found is None:
         return "not reached"
     seconds, is_measured = found
-    return digits(seconds, 2) if is_measured else f"≈ {digits(seconds, 2)} predicted"
+    return f"{digits(seconds, 2)} s" if is_measured else f"≈ {digits(seconds, 2)} s predicted"
 
 
 def exponent(curve):
