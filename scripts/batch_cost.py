@@ -96,7 +96,7 @@ def frames(program, folder, cores):
     """Seconds of the frames, how many processes rendered them, and seconds of loading: of the first of each, of the others."""
     folder = folder / "frames"
     folder.mkdir(exist_ok=True)
-    subprocess.run([program, "surface", folder / "large.obj", "--cells", str(CELLS)], check=True, stderr=subprocess.DEVNULL)
+    subprocess.run([program, "surface", folder / "large.obj", "--cells", str(CELLS)], check=True, capture_output=True)
     for frame in range(FRAMES):
         (folder / f"frame_{frame:02}.toml").write_text(FRAME.format(z=1.5 + 0.01 * frame))
     out = folder / "out"
