@@ -18,7 +18,10 @@ def cost():
     ready, bare = map(statistics.median, start_up(PROGRAM, folder))
     shared = frames(PROGRAM, folder, cores)
     rounds = [batch_against_renders(PROGRAM, folder, JOBS, cores) for _ in range(REPETITIONS)]
-    spread = lambda name: span([numbers[name] for numbers in rounds], "{:.3f}".format)
+
+    def spread(name):
+        return span([numbers[name] for numbers in rounds], "{:.3f}".format)
+
     rows = [
         ["start-up of a job: its process; until its scene is loaded and built", f"{1e3 * bare:.1f} ms; {1e3 * ready:.1f} ms (medians)"],
         ["the batch, against the seconds that its renders took divided by cores", spread("against its renders")],
