@@ -51,7 +51,7 @@
 //!
 //! What this page names and what its modules `scene`, `ppm`, `film`, `math`, `bsdf`, `light`, `camera`, `texture`, `effects`,
 //! `reference`, `output` and `compare` hold changes by the rules of semantic versions. `checkpoint`, `shard`, `study`, `bench`,
-//! `bvh`, `embree`, `live_view`, `report` and `cli` are public so that the program, its tests and its benchmarks reach them, and may change
+//! `bvh`, `simd`, `embree`, `live_view`, `report` and `cli` are public so that the program, its tests and its benchmarks reach them, and may change
 //! at any time. Vectors are those of `glam`, as [`math`] hands them on: no other crate shows in what stays.
 
 mod batch;
@@ -82,7 +82,7 @@ pub mod report;
 pub mod scene;
 mod sealed;
 pub mod shard;
-mod simd;
+pub mod simd;
 pub mod study;
 pub mod texture;
 

@@ -3,6 +3,7 @@
 #[macro_use]
 mod console;
 
+#[allow(unnameable_types, reason = "what is converted into the library's own types counts as reachable")]
 mod args;
 mod batch;
 mod bench;

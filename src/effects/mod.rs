@@ -18,6 +18,6 @@ mod testing;
 mod unseen;
 
 pub use effect::{Effect, EffectSet};
-pub use path_class::{PathClass, PathClasses};
+pub use path_class::{PathClass, PathClasses, UnknownPathClass};
 pub use plan::{Decision, DroppedLight, EyePaths, Plan};
 pub use unseen::Unseen;

@@ -36,7 +36,7 @@ impl Guide {
     /// `q = (1 - share) + share · q_tree`.
     ///
     /// So `q` is nowhere less than `1 - share`, and no photon carries more than `1 / (1 - share)` of its natural power.
-    pub fn new(tree: GuideTree, share: f64) -> Guide {
+    pub(crate) fn new(tree: GuideTree, share: f64) -> Guide {
         let volumes: Vec<f64> = tree.volumes().collect();
         let probability = |(volume, density): (&f64, &f64)| volume * ((1.0 - share) + share * density);
         let probabilities: Vec<f64> = volumes.iter().zip(tree.densities()).map(probability).collect();
@@ -82,7 +82,7 @@ impl Guide {
     }
 
     /// Where photons go but for the share of natural ones.
-    pub fn tree(&self) -> &GuideTree {
+    pub(crate) fn tree(&self) -> &GuideTree {
         &self.tree
     }
 

@@ -33,7 +33,7 @@ impl Lights {
     /// [`Lights::sample_emission`] of sixteen photons by the numbers that each draws: two choose the light, coarsely and
     /// finely. Lanes without a light carry no power.
     #[inline(always)]
-    pub fn sample_emissions<L: Lanes>(
+    pub(crate) fn sample_emissions<L: Lanes>(
         &self,
         lanes: L,
         choice: [L::F32; 2],

@@ -17,11 +17,11 @@ pub use aim::{Aim, AimedSample};
 pub use distant::Distant;
 pub use environment::{Environment, Panorama};
 pub use guide::{Guide, Numbers, Start, start};
-pub use guide_tree::GuideTree;
-pub use lane_emission::LaneEmission;
+pub(crate) use guide_tree::GuideTree;
+pub(crate) use lane_emission::LaneEmission;
 pub use selection::Lights;
 pub use spot::Spot;
-pub use tally::{Example, LEVELS, Purpose};
+pub(crate) use tally::{Example, LEVELS, Purpose};
 
 use std::f32::consts::PI;
 use std::sync::Arc;

@@ -9,7 +9,7 @@ mod packet;
 mod tiles;
 mod viewer;
 
-pub use address::Address;
+pub use address::{Address, NoAddress};
 pub use error::LiveViewError;
 
 use std::sync::Arc;

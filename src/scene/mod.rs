@@ -26,7 +26,8 @@ mod tracer;
 pub mod water;
 
 pub use crate::camera::PixelFilter;
-pub use crate::embree::{Coherence, HitPacket, RayPacket, Row};
+pub use crate::embree::{Coherence, EmbreeError};
+pub(crate) use crate::embree::{HitPacket, RayPacket, Row};
 pub use desc::{
     CameraDesc, FilmDesc, LightDesc, Material, PointLightDesc, RenderDesc, SceneDesc, SphereDesc, Textures,
 };
@@ -39,7 +40,7 @@ pub use places::{Item, Places};
 pub use save::{SaveError, SavedScene, normal_form, save};
 pub use surface::keeps_clear_of_edges;
 pub use surface_hit::{Receiver, SurfaceHit};
-pub use surface_packet::SurfacePacket;
+pub(crate) use surface_packet::SurfacePacket;
 pub use tracer::{Traversal, TraversalError};
 
 use std::sync::Arc;
@@ -113,14 +114,14 @@ impl Scene {
 
     /// Leaves in `hits` what a packet of rays meets: as [`Scene::intersect_all`], for [`Scene::surfaces`] or
     /// [`Scene::surface_hit`] to look at.
-    pub fn intersect_packet(&self, rays: &RayPacket, hits: &mut HitPacket, coherence: Coherence) {
+    pub(crate) fn intersect_packet(&self, rays: &RayPacket, hits: &mut HitPacket, coherence: Coherence) {
         self.rays.intersect_packet(rays, hits, coherence);
     }
 
     /// The surface that one ray of a packet meets.
     // Inlined for the same reason as `Surface::at`.
     #[inline(always)]
-    pub fn surface_hit(&self, rays: &RayPacket, hits: &HitPacket, lane: usize) -> Option<SurfaceHit> {
+    pub(crate) fn surface_hit(&self, rays: &RayPacket, hits: &HitPacket, lane: usize) -> Option<SurfaceHit> {
         let (hit, ray) = (hits.hit(lane)?, rays.ray(lane));
         let surface = self.surfaces[hit.geometry as usize].at(&ray, &hit);
         Some(SurfaceHit::new(&ray, hit.t, surface))

@@ -48,7 +48,7 @@ impl SurfacePacket {
 
 impl Scene {
     /// Leaves in `surfaces` what a packet of rays meets.
-    pub fn surfaces(&self, rays: &RayPacket, hits: &HitPacket, surfaces: &mut SurfacePacket) {
+    pub(crate) fn surfaces(&self, rays: &RayPacket, hits: &HitPacket, surfaces: &mut SurfacePacket) {
         let (mut found, mut lambertian) = (0, 0);
         for lane in 0..rays.len.min(PACKET) {
             let Some(hit) = hits.hit(lane) else { continue };
