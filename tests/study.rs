@@ -55,20 +55,65 @@ fn a_study_reports_the_same_numbers_in_all_forms() {
     }
     let rest = html.replace("http://www.w3.org/2000/svg", "");
     assert!(!rest.contains("http") && !rest.contains("url(") && !rest.contains("src=\"/"));
-    assert_eq!(html.matches("<svg").count(), 3, "the front and two axes");
+    let plots = plots_of_parts(&curves[0]);
+    assert_eq!(html.matches("<svg").count(), 3 + plots, "the front and two axes, and of variance and bias");
     assert_eq!(html.matches("data:image/png").count(), 1 + 2 * 7);
+}
+
+/// How many plots the baseline's variance and squared bias need: what is not told from 0 is not drawn.
+fn plots_of_parts(baseline: &Value) -> usize {
+    let points = baseline["points"].as_array().unwrap();
+    let has_bias = |region: &str| {
+        let told = |point: &Value| {
+            let parts = &point["separation"][region];
+            let of = |name: &str| parts[name].as_f64();
+            of("bias2").is_some_and(|bias2| bias2 > 2.0 * of("bias2_error").unwrap())
+        };
+        usize::from(points.iter().any(told))
+    };
+    1 + has_bias("all") + has_bias("flat")
+}
+
+/// At every point, variance, squared bias and the reference's own variance are the whole error; the page and the list have both.
+#[test]
+fn variance_and_bias_are_the_whole_error() {
+    let studio = Studio::new();
+    studio.study_to_the_end(&["--axes", "convergence,method", "--repetitions", "3", "--budget", "8"]);
+    let report = json(&studio.path("study/study.json"));
+    let html = fs::read_to_string(studio.path("study/study.html")).unwrap();
+    let csv = fs::read_to_string(studio.path("study/study.csv")).unwrap();
+    assert!(html.contains("<h2>Variance and bias</h2>") && html.contains("squared bias, flat"));
+    assert!(html.contains("theory, shared, alpha 2/3: -0.67"), "theory is drawn");
+    let mut noises = Vec::new();
+    for curve in report["curves"].as_array().unwrap() {
+        assert!(curve["convergence"]["variance"]["theory"].is_f64(), "{}", curve["name"]);
+        for point in curve["points"].as_array().unwrap() {
+            let parts = &point["separation"]["all"];
+            let [variance, bias2] = ["variance", "bias2"].map(|name| parts[name].as_f64().unwrap());
+            noises.push(point["rel_mse"].as_f64().unwrap() - variance - bias2);
+            for number in [variance, bias2] {
+                assert!(csv.contains(&format!(",{},", Cell::Number(number))), "the list lacks {number}");
+            }
+        }
+    }
+    let told = report["reference_made"]["error_percent"].as_f64().unwrap();
+    assert!((100.0 * noises[0].sqrt() / told - 1.0).abs() < 0.1, "{told} %, but {}", noises[0]);
+    assert!(noises.iter().all(|noise| (noise / noises[0] - 1.0).abs() < 1e-6), "{noises:?}");
+    assert_eq!(report["duels"].as_array().unwrap().len(), 2);
+    assert_eq!(html.matches("<p class=\"duel\">Measured: at").count(), 2);
+    assert!(!studio.path("study/pictures/looks").exists());
 }
 
 /// The picture of the command has the very error that the study notes.
 #[test]
 fn every_number_is_made_by_its_command() {
     let studio = Studio::new();
-    let axes = "method,traversal,sampling,policy,precision";
+    let axes = "method,traversal,sampling,policy,convergence,precision";
     studio.study_to_the_end(&["--axes", axes, "--repetitions", "1", "--budget", "6"]);
     let report = json(&studio.path("study/study.json"));
     let reference = read_exr(&studio.path("study/reference.exr")).unwrap();
     let curves = report["curves"].as_array().unwrap();
-    assert_eq!(curves.len(), 10);
+    assert_eq!(curves.len(), 13);
     for curve in curves {
         let point = &curve["points"][2];
         let command = point["command"].as_str().unwrap();
@@ -165,6 +210,7 @@ fn what_cannot_be_studied_is_refused() {
     refused(&["--make-reference", "--axes", "beauty"], &["beauty", "alpha"]);
     refused(&["--make-reference", "--size", "0x3"], &["--size", "640x480"]);
     refused(&["--make-reference", "--quick", "--full"], &["--quick"]);
+    refused(&["--make-reference", "--reference-stderr", "a.exr"], &["--reference"]);
     refused(&["--reference", &studio.name("missing.exr")], &["missing.exr"]);
     let picture = studio.name("small.exr");
     let scene = studio.scene();
@@ -185,4 +231,19 @@ fn a_given_reference_is_used() {
     let report = json(&studio.path("study/study.json"));
     assert_eq!((&report["size"][0], &report["size"][1]), (&12.into(), &10.into()));
     assert_eq!((&report["reference"], &report["reference_made"]), (&picture.as_str().into(), &Value::Null));
+    assert_eq!(report["reference_noise_is_known"], false);
+    let error = studio.name("small_stderr.exr");
+    assert_success(&caustica(&[
+        "reference",
+        &scene,
+        "--size",
+        "9x8",
+        "--spp",
+        "2",
+        "-o",
+        &studio.name("small.exr"),
+    ]));
+    let refused = studio.bare(&["--reference", &picture, "--reference-stderr", &error]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(text(&refused.stderr).contains("9x8"), "{}", text(&refused.stderr));
 }

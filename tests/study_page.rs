@@ -77,7 +77,8 @@ fn a_browser_shows_the_page_without_fault() {
         assert_eq!(found["before"], serde_json::json!(["inset(0px 50% 0px 0px)", "50%"]));
         assert_eq!(found["after"], serde_json::json!(["inset(0px 75% 0px 0px)", "25%"]), "the curtain moves");
         assert_eq!((&found["faults"], &found["chosen"]), (&serde_json::json!([]), &true.into()));
-        assert_eq!((&found["plots"], &found["broken"]), (&3.into(), &0.into()));
+        assert_eq!((&found["plots"], &found["broken"]), (&html.matches("<svg").count().into(), &0.into()));
+        assert!(found["plots"].as_u64().unwrap() >= 4, "the front, two axes and the variance");
         assert!(found["curves"].as_u64().unwrap() > 50, "points are drawn");
         assert_eq!(found["overflow"], 0, "nothing runs off a window of {width} pixels");
     }

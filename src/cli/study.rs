@@ -10,21 +10,21 @@ use super::error::{CliError, Outcome};
 use super::interrupt::Interrupt;
 use super::{load, memory, use_threads};
 use crate::bench::machine::Machine;
-use crate::output::{check_writable, read_exr, write_atomically};
+use crate::output::{check_writable, read_exr, read_exr_named, write_atomically};
 use crate::ppm::{Render, Settings};
 use crate::report::Table;
 use crate::scene::{FilmDesc, Scene, SceneDesc};
 use crate::study::reference::{self, Recipe, Reference};
 use crate::study::{
-    Axis, Configuration, Gallery, Journal, Plan, StudyReport, Subject, Watch, configurations, measure, page,
-    prices,
+    Axis, Configuration, Gallery, Journal, Plan, StudyError, StudyReport, Subject, Watch, configurations,
+    measure, page, prices,
 };
 
 /// Measures error against seconds, and reports what there is however it ends.
 pub fn run(args: &StudyArgs) -> Result<Outcome, CliError> {
     use_threads(args.threads)?;
     let mut desc = load(&args.scene, &args.access)?;
-    let given = args.reference.as_deref().map(given).transpose()?;
+    let given = args.reference.as_deref().map(|path| given(path, args)).transpose()?;
     let settings = Settings::of_scene(&desc.render);
     desc.film = film(args, &desc, given.as_ref());
     memory::check_render(&desc.film, &settings)?;
@@ -43,8 +43,11 @@ pub fn run(args: &StudyArgs) -> Result<Outcome, CliError> {
     study.make(desc, configurations, baseline, given)
 }
 
-fn given(path: &Path) -> Result<Reference, CliError> {
-    Ok(Reference::given(read_exr(path).map_err(CliError::BadImage)?, path))
+fn given(path: &Path, args: &StudyArgs) -> Result<Reference, CliError> {
+    let reference = Reference::given(read_exr(path).map_err(CliError::BadImage)?, path);
+    let Some(path) = &args.reference_stderr else { return Ok(reference) };
+    let standard_error = read_exr_named(path).map_err(CliError::BadImage)?;
+    Ok(reference.with_standard_error(standard_error).map_err(StudyError::Compare)?)
 }
 
 /// Pictures as large as asked for, as the reference that was given, or as the effort allows.

@@ -70,6 +70,30 @@ impl RadiusPolicy {
         }
     }
 
+    /// `R_k² / R_0²` of the passes `k = 0, 1, ..` where light is even and plentiful; by [`RadiusPolicy::Shared`] and
+    /// [`RadiusPolicy::Fixed`], everywhere.
+    ///
+    /// A hit point's own photons are `N = i M` before pass `i` there, so that `(N + αM) / (N + M) = (i + α) / (i + 1)`, with `i` from 0; discs
+    /// that are tested find nothing uneven.
+    ///
+    /// ```
+    /// use caustica::ppm::RadiusPolicy;
+    /// let areas = |policy: RadiusPolicy| policy.expected_areas(0.5).take(3).collect::<Vec<_>>();
+    /// assert_eq!(areas(RadiusPolicy::HitPoint), [1.0, 0.5, 0.375]);
+    /// assert_eq!(areas(RadiusPolicy::Shared), [1.0, 0.75, 0.625]);
+    /// assert_eq!(areas(RadiusPolicy::Fixed), [1.0; 3]);
+    /// ```
+    pub fn expected_areas(self, alpha: f64) -> impl Iterator<Item = f64> {
+        let first = u32::from(self == RadiusPolicy::Shared);
+        let is_steady = matches!(self, RadiusPolicy::Fixed | RadiusPolicy::Tested);
+        let ratio = move |i: u32| if is_steady { 1.0 } else { (f64::from(i) + alpha) / (f64::from(i) + 1.0) };
+        (first..u32::MAX).scan(1.0, move |area, i| {
+            let now = *area;
+            *area *= ratio(i);
+            Some(now)
+        })
+    }
+
     /// `s` in `noise ~ passes^-s` and in `bias ~ passes^-s` as passes go to infinity.
     ///
     /// Where `R²` falls as `i^(α - 1)`, noise falls as `i^(-α/2)` and bias as `i^(α - 1)`. Discs that are tested shrink where

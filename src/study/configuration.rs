@@ -2,10 +2,11 @@
 
 use std::fmt;
 
-use crate::bsdf::DiffuseSampling;
+use crate::bsdf::{Bsdf, DiffuseSampling};
+use crate::effects::EyePaths;
 use crate::ppm::{Precision, RadiusPolicy, Settings};
 use crate::reference;
-use crate::scene::Traversal;
+use crate::scene::{SceneDesc, Traversal};
 
 /// What a configuration changes about the baseline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,6 +25,8 @@ pub enum Axis {
     Sampling,
     /// What shrinks the radii.
     Policy,
+    /// `α` of a shared schedule, in discs so large that their bias can be told from noise.
+    Convergence,
     /// How precisely hit points keep their statistics.
     Precision,
     /// Photon mapping, path tracing or light tracing.
@@ -38,7 +41,7 @@ pub enum Axis {
 
 impl Axis {
     /// Every axis, in the order of the table; the baseline is measured beside any of them.
-    pub const ALL: [Axis; 12] = [
+    pub const ALL: [Axis; 13] = [
         Axis::Baseline,
         Axis::Alpha,
         Axis::Radius,
@@ -46,6 +49,7 @@ impl Axis {
         Axis::Samples,
         Axis::Sampling,
         Axis::Policy,
+        Axis::Convergence,
         Axis::Precision,
         Axis::Method,
         Axis::Traversal,
@@ -77,6 +81,7 @@ impl Axis {
             Axis::Samples => ("samples", "Eye samples a pixel"),
             Axis::Sampling => ("sampling", "Uniform or cosine-weighted bounces"),
             Axis::Policy => ("policy", "What shrinks the radii"),
+            Axis::Convergence => ("convergence", "Large discs by a shared schedule"),
             Axis::Precision => ("precision", "Statistics in f64 or f32"),
             Axis::Method => ("method", "Photon mapping, path tracing or light tracing"),
             Axis::Traversal => ("traversal", "Who answers the rays"),
@@ -137,6 +142,9 @@ const CHANGES: &[(Axis, &str, Change)] = &[
     (Axis::Policy, "shared schedule", |c| c.settings.policy = RadiusPolicy::Shared),
     (Axis::Policy, "tested discs", |c| c.settings.policy = RadiusPolicy::Tested),
     (Axis::Policy, "fixed radius", |c| c.settings.policy = RadiusPolicy::Fixed),
+    (Axis::Convergence, "shared, alpha 1/2", |c| converge(c, 0.5)),
+    (Axis::Convergence, "shared, alpha 2/3", |c| converge(c, 2.0 / 3.0)),
+    (Axis::Convergence, "shared, alpha 0.8", |c| converge(c, 0.8)),
     (Axis::Precision, "f32 statistics", |c| c.settings.precision = Precision::Single),
     (Axis::Method, "path tracing", |c| c.method = Method::Reference(reference::Method::Path)),
     (Axis::Method, "light tracing", |c| c.method = Method::Reference(reference::Method::Light)),
@@ -159,6 +167,19 @@ const CHANGES: &[(Axis, &str, Change)] = &[
 
 fn scale_radius(configuration: &mut Configuration, factor: f64) {
     configuration.settings.radius = configuration.settings.radius.map(|radius| factor * radius);
+}
+
+/// What Knaus and Zwicker analyse: one schedule for all radii and eye paths of its own for each pass, so that nothing but photons,
+/// discs and eye samples that become ever more is in the error.
+fn converge(configuration: &mut Configuration, alpha: f64) {
+    let Settings { radius, .. } = configuration.settings;
+    configuration.settings = Settings {
+        alpha,
+        radius: radius.map(|radius| 32.0 * radius),
+        policy: RadiusPolicy::Shared,
+        eye_paths: Some(EyePaths::Retraced),
+        ..configuration.settings
+    };
 }
 
 /// The baseline and every change along `axes` that changes something about it.
@@ -221,6 +242,7 @@ impl Configuration {
         let radius = s.radius.map(|radius| radius.to_string()).unwrap_or_default();
         let sampling = format!("{:?}", s.sampling).to_lowercase();
         let precision = format!("{:?}", s.precision).to_lowercase();
+        let eye_paths = s.eye_paths.map(|eye_paths| eye_paths.to_string()).unwrap_or_default();
         let all = [
             (s.photons != scene.photons, "photons", s.photons.to_string()),
             (s.alpha != scene.alpha, "alpha", s.alpha.to_string()),
@@ -229,6 +251,7 @@ impl Configuration {
             (s.depth != scene.depth, "depth", s.depth.to_string()),
             (s.sampling != scene.sampling, "sampling", sampling),
             (s.policy != scene.policy, "radius-policy", s.policy.to_string()),
+            (s.eye_paths != scene.eye_paths, "eye-paths", eye_paths),
             (s.precision != scene.precision, "precision", precision),
         ];
         all.iter()
@@ -238,9 +261,13 @@ impl Configuration {
     }
 
     /// Whether its picture may never become the reference's, however long it takes: no path from the eye finds a point
-    /// light through glass, and none from a light what mirrors show.
-    pub fn may_lack_light(&self) -> bool {
-        self.axis == Axis::Effects || matches!(self.method, Method::Reference(_))
+    /// light through glass, and none from a light what mirrors show. Where all is opaque and diffuse, both find all.
+    pub fn may_lack_light(&self, scene: &SceneDesc) -> bool {
+        let is_plain = scene
+            .materials
+            .iter()
+            .all(|material| matches!(material.bsdf, Bsdf::Diffuse { .. }) && !material.is_mask());
+        self.axis == Axis::Effects || matches!(self.method, Method::Reference(_)) && !is_plain
     }
 
     /// The name as part of a file's.
@@ -321,6 +348,9 @@ mod tests {
         assert!(command("alpha 1/2, radius x4").ends_with("--seed 3 --alpha 0.5 --radius 2"));
         assert!(command("light tracing").ends_with("--seed 3 --method light"));
         assert!(command("shared schedule").ends_with(" --radius-policy shared"));
+        assert!(command("shared, alpha 2/3").ends_with(
+            " --alpha 0.6666666666666666 --radius 16 --radius-policy shared --eye-paths retraced"
+        ));
         assert!(command("f32 statistics").ends_with(" --precision single"));
         assert!(command("own tree").ends_with(" --traversal custom"));
         assert!(command("Embree, fast").ends_with(" --traversal embree-fast"));

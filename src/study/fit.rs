@@ -18,6 +18,25 @@ pub fn tail(points: &[(f64, f64)]) -> &[(f64, f64)] {
     if points.len() - first < 3 { points } else { &points[first..] }
 }
 
+/// The power law through points `(x, y, standard error of y)`, each weighed by how well its logarithm is known, and the standard
+/// error of the exponent if the points are independent. Points that grow together, as means of passes do, tell it better than that.
+///
+/// `None` for less than three points.
+pub fn weighed_exponent(points: &[(f64, f64, f64)]) -> Option<(f64, f64)> {
+    if points.len() < 3 {
+        return None;
+    }
+    let weight = |&(_, y, error): &(f64, f64, f64)| (y / error).powi(2);
+    let sum = |of: &dyn Fn(f64, f64) -> f64| -> f64 {
+        points.iter().map(|point| weight(point) * of(point.0.ln(), point.1.ln())).sum()
+    };
+    let all = sum(&|_, _| 1.0);
+    let (x, y) = (sum(&|x, _| x) / all, sum(&|_, y| y) / all);
+    let xx = sum(&|at, _| (at - x).powi(2));
+    let exponent = -sum(&|at, value| (at - x) * (value - y)) / xx;
+    (exponent.is_finite() && xx > 0.0).then(|| (exponent, xx.sqrt().recip()))
+}
+
 /// A mean of independent numbers and how far it can be trusted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Confidence {
@@ -147,6 +166,29 @@ mod tests {
         let points = [(3.0, 1.0), (1.0, 5.0), (2.0, 5.0), (2.0, 2.0), (4.0, 1.0), (1.0, 6.0)];
         assert_eq!(pareto_front(&points), [1, 3, 0]);
         assert!(pareto_front(&[]).is_empty());
+    }
+
+    /// Of intervals of two standard errors around exponents, 95 % hold the truth; the points that are known best decide.
+    #[test]
+    fn weighed_exponents_are_what_they_say() {
+        let mut rng = Rng::new(5, Stream::Test, 0, 0);
+        let mut normal = || (0..12).map(|_| f64::from(rng.next_f32())).sum::<f64>() - 6.0;
+        let law = PowerLaw { factor: 3.0, exponent: 0.7 };
+        let holds = |_: &u32| {
+            let point = |k: i32| {
+                let (x, relative) = (f64::from(k).exp2(), 0.01 * f64::from(k));
+                (x, law.at(x) * (1.0 + relative * normal()), relative * law.at(x))
+            };
+            let points: Vec<_> = (1..8).map(point).collect();
+            let (exponent, error) = weighed_exponent(&points).unwrap();
+            (exponent - law.exponent).abs() < 2.0 * error
+        };
+        let share = f64::from((0..2000).filter(holds).count() as u32) / 2000.0;
+        assert!((0.93..0.97).contains(&share), "{share}");
+        let (exponent, _) = weighed_exponent(&[(1.0, 1.0, 1e-3), (2.0, 0.5, 1e-3), (4.0, 1.0, 1e3)]).unwrap();
+        assert!((exponent - 1.0).abs() < 1e-3, "{exponent}");
+        assert_eq!(weighed_exponent(&[(1.0, 1.0, 0.1), (2.0, 0.5, 0.1)]), None);
+        assert_eq!(weighed_exponent(&[(2.0, 1.0, 0.1); 3]), None);
     }
 
     proptest! {

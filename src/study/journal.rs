@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::StudyError;
+use super::{Separation, StudyError};
 use crate::input;
 
 /// The error of a picture, and what it took.
@@ -16,6 +16,9 @@ pub struct Point {
     pub seconds: f64,
     /// [`crate::compare::Metrics::rel_mse`] against the reference.
     pub rel_mse: f64,
+    /// What of that is variance and what is bias, by this repetition and those before.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub separation: Option<Separation>,
 }
 
 impl Point {
@@ -123,12 +126,19 @@ impl Journal {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Parts;
     use super::*;
     use std::fs;
 
     fn run(configuration: &str, repetition: u32) -> Run {
-        let point =
-            |steps: u32| Point { steps, seconds: 0.1 * f64::from(steps), rel_mse: 1.0 / f64::from(steps) };
+        let parts = Parts { share: 1.0, variance: 0.5, bias2: -0.1, bias2_error: 0.2 };
+        let separation = Separation { repetitions: 2, all: parts, flat: None };
+        let point = |steps: u32| Point {
+            steps,
+            seconds: 0.1 * f64::from(steps),
+            rel_mse: 1.0 / f64::from(steps),
+            separation: (repetition > 0).then_some(separation),
+        };
         let points = [1, 2, 3].map(point).to_vec();
         Run {
             key: format!("key of {configuration}"),
@@ -148,7 +158,7 @@ mod tests {
             journal.append(run("a", k)).unwrap();
         }
         let again = Journal::open(&path).unwrap();
-        assert_eq!((again.runs().len(), again.was_torn()), (3, false));
+        assert_eq!((again.runs(), again.was_torn()), (&[0, 1, 2].map(|k| run("a", k))[..], false));
         assert!(again.find("key of a", 2).is_some() && again.find("key of a", 3).is_none());
         assert!(again.find("key of b", 0).is_none());
     }

@@ -6,13 +6,15 @@ use std::path::{Path, PathBuf};
 
 use fnv::FnvHasher;
 
+use super::flat::flat_pixels;
+use super::looks::Looks;
 use super::reference::Reference;
 use super::{Configuration, Journal, Method, Point, Run, StudyError};
 use crate::bench::timing::timed;
 use crate::compare::Metrics;
 use crate::film::Image;
 use crate::output::{Metadata, write_exr};
-use crate::ppm::Render;
+use crate::ppm::{Render, Settings};
 use crate::reference::Estimator;
 use crate::scene::{Scene, SceneDesc, Traversal};
 
@@ -85,7 +87,7 @@ pub trait Watch {
 /// Runs every configuration once in each round, so that a slow spell of the machine hits all alike, and skips what the
 /// journal holds. Returns whether all was measured.
 ///
-/// The pictures of the first round go to `pictures`.
+/// The pictures of the first round go to `pictures`, and there, for as long as repetitions are missing, those of every look.
 ///
 /// # Errors
 /// When a scene cannot be traced, a picture is not finite or has another size than the reference, or a file cannot
@@ -99,6 +101,7 @@ pub fn measure(
 ) -> Result<bool, StudyError> {
     let reference_print = reference.fingerprint();
     let mut scenes = Scenes { desc: &plan.desc, scenes: Vec::new() };
+    let mut flat = FlatPixels { seed: plan.seed, found: Vec::new() };
     let keys: Vec<String> = plan.configurations.iter().map(|c| plan.key(c, reference_print)).collect();
     for repetition in 0..plan.repetitions {
         for (configuration, key) in plan.configurations.iter().zip(&keys) {
@@ -110,16 +113,23 @@ pub fn measure(
             // The first repetition finds how many steps its share holds, and the others take as many.
             let steps = journal.find(key, 0).and_then(|run| run.points.last()).map(|point| point.steps);
             let limit = steps.map_or(Limit::Seconds(plan.seconds_per_run), Limit::Steps);
-            let task =
-                Task { configuration, seed: plan.seed_of(repetition), limit, reference: &reference.image };
-            let Some((points, picture)) = task.run(scenes.get(configuration.traversal)?, watch)? else {
-                return Ok(false);
+            let scene = scenes.get(configuration.traversal)?;
+            let task = Task {
+                configuration,
+                repetition,
+                seed: plan.seed_of(repetition),
+                limit,
+                reference,
+                looks: Looks::new(pictures, key, plan.repetitions),
+                flat: if repetition > 0 { flat.get(scene, configuration) } else { None },
             };
+            let Some((points, picture)) = task.run(scene, watch)? else { return Ok(false) };
             if repetition == 0 {
                 write_exr(&picture_path(pictures, configuration), &picture, &Metadata::new())?;
             }
             let (key, configuration) = (key.clone(), configuration.name.to_owned());
             journal.append(Run { key, configuration, repetition, seed: task.seed, points })?;
+            task.looks.finish(repetition);
             watch.is_done();
         }
     }
@@ -145,6 +155,27 @@ impl Scenes<'_> {
             self.scenes.push(Scene::with_traversal(self.desc.clone(), traversal)?);
         }
         Ok(&self.scenes[index])
+    }
+}
+
+/// The pixels whose discs lie flat, by the radius.
+struct FlatPixels {
+    seed: u64,
+    found: Vec<(f64, Vec<bool>)>,
+}
+
+impl FlatPixels {
+    /// `None` where there are no discs.
+    fn get(&mut self, scene: &Scene, configuration: &Configuration) -> Option<&[bool]> {
+        let Settings { radius, .. } = configuration.settings;
+        let radius = radius.filter(|_| configuration.method == Method::PhotonMapping)?;
+        let found = self.found.iter().position(|(of, _)| *of == radius);
+        let index = found.unwrap_or(self.found.len());
+        if found.is_none() {
+            let settings = Settings { seed: self.seed, ..configuration.settings };
+            self.found.push((radius, flat_pixels(scene, &settings, radius)));
+        }
+        Some(&self.found[index].1)
     }
 }
 
@@ -180,9 +211,12 @@ fn next_checkpoint(steps: u32) -> u32 {
 
 struct Task<'a> {
     configuration: &'a Configuration,
+    repetition: u32,
     seed: u64,
     limit: Limit,
-    reference: &'a Image,
+    reference: &'a Reference,
+    looks: Looks,
+    flat: Option<&'a [bool]>,
 }
 
 impl Task<'_> {
@@ -201,16 +235,25 @@ impl Task<'_> {
                 steps += 1;
             }
             let picture = renderer.picture();
-            let rel_mse = Metrics::between(&picture, self.reference)?.rel_mse;
-            if !rel_mse.is_finite() {
-                return Err(StudyError::NotFinite { configuration: self.configuration.name.into() });
-            }
-            let point = Point { steps, seconds, rel_mse };
+            let point = self.look(&picture, steps, seconds)?;
             points.push(point);
             if self.limit.is_reached(&point, (seconds - setup) / f64::from(steps)) {
                 return Ok(Some((points, picture)));
             }
         }
+    }
+}
+
+impl Task<'_> {
+    /// What a picture on the way is worth.
+    fn look(&self, picture: &Image, steps: u32, seconds: f64) -> Result<Point, StudyError> {
+        let rel_mse = Metrics::between(picture, &self.reference.image)?.rel_mse;
+        if !rel_mse.is_finite() {
+            return Err(StudyError::NotFinite { configuration: self.configuration.name.into() });
+        }
+        let separation = self.looks.separate(self.repetition, steps, picture, self.reference, self.flat);
+        self.looks.keep(self.repetition, steps, picture)?;
+        Ok(Point { steps, seconds, rel_mse, separation })
     }
 }
 
@@ -246,6 +289,10 @@ impl<'s> Renderer<'s> {
 
 #[cfg(test)]
 mod tests {
+    use std::cell::RefCell;
+    use std::collections::BTreeMap;
+
+    use super::super::Separation;
     use super::super::testing::{Bounded, desc, plan};
     use super::*;
 
@@ -255,6 +302,17 @@ mod tests {
             (run.configuration.clone(), run.repetition, run.seed, steps)
         };
         journal.runs().iter().map(entry).collect()
+    }
+
+    /// By configuration and steps, those of the second repetition; the first has none.
+    fn separations(journal: &Journal) -> BTreeMap<(String, u32), Separation> {
+        let of = |run: &Run| {
+            assert!(run.points.iter().all(|point| point.separation.is_some() == (run.repetition > 0)));
+            let name = run.configuration.clone();
+            let of = move |point: &Point| Some(((name.clone(), point.steps), point.separation?));
+            run.points.iter().filter_map(of).collect::<Vec<_>>()
+        };
+        journal.runs().iter().flat_map(of).collect()
     }
 
     fn black(side: usize) -> Reference {
@@ -271,7 +329,7 @@ mod tests {
 
     #[test]
     fn a_run_ends_before_its_share_does() {
-        let point = |steps, seconds| Point { steps, seconds, rel_mse: 1.0 };
+        let point = |steps, seconds| Point { steps, seconds, rel_mse: 1.0, separation: None };
         assert!(!Limit::Seconds(6.0).is_reached(&point(4, 4.0), 1.0));
         assert!(Limit::Seconds(5.9).is_reached(&point(4, 4.0), 1.0));
         assert!(
@@ -301,10 +359,15 @@ mod tests {
     fn an_interrupted_study_goes_on_where_it_was() {
         let folder = tempfile::tempdir().unwrap();
         let (plan, reference) = (plan(), black(8));
+        let all_separations = RefCell::new(Vec::new());
         let measure_into = |name: &str, runs: u32| {
             let mut journal = Journal::open(&folder.path().join(name)).unwrap();
-            let watch = Bounded::to(runs);
-            let whole = measure(&plan, &reference, &mut journal, &folder.path().join("p"), &watch).unwrap();
+            let pictures = folder.path().join("pictures of ").join(name);
+            let whole = measure(&plan, &reference, &mut journal, &pictures, &Bounded::to(runs)).unwrap();
+            assert!(!whole || !pictures.join("looks").exists(), "nobody needs them any more");
+            if whole {
+                all_separations.borrow_mut().push(separations(&journal));
+            }
             (whole, names(&journal))
         };
         let (whole, all) = measure_into("whole", u32::MAX);
@@ -321,6 +384,13 @@ mod tests {
                 runs.iter().map(|(name, k, seed, _)| (name.clone(), *k, *seed)).collect()
             };
             assert_eq!(identity(&rest), identity(&all));
+        }
+        // How many steps a share of time holds, differs.
+        let all_separations = all_separations.into_inner();
+        for other in &all_separations[1..] {
+            let both: Vec<_> = all_separations[0].iter().filter(|(of, _)| other.contains_key(*of)).collect();
+            assert!(both.len() >= 9, "three methods have three looks at least");
+            assert!(both.iter().all(|(of, separation)| other[*of] == **separation), "not the same numbers");
         }
         for runs in all.chunks(3).collect::<Vec<_>>().windows(2) {
             assert_eq!(runs[0][0].3, runs[1][0].3, "every repetition has as many steps as the first");
@@ -339,12 +409,15 @@ mod tests {
     fn the_same_seed_gives_the_picture_of_a_render() {
         let scene = Scene::new(desc()).unwrap();
         let plan = plan();
-        let reference = Image::new(8, 8);
+        let (folder, reference) = (tempfile::tempdir().unwrap(), black(8));
         let task = Task {
             configuration: &plan.configurations[0],
+            repetition: 0,
             seed: 5,
             limit: Limit::Steps(2),
             reference: &reference,
+            looks: Looks::new(folder.path(), "key", 1),
+            flat: None,
         };
         let (points, picture) = task.run(&scene, &Bounded::to(1)).unwrap().unwrap();
         let mut settings = plan.configurations[0].settings;

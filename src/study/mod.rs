@@ -5,24 +5,33 @@
 //! one page for a browser.
 
 mod configuration;
+mod convergence;
 mod error;
 mod fit;
+mod flat;
 mod journal;
+mod leader;
+mod looks;
 mod measure;
 mod page;
+mod page_convergence;
 mod pictures;
 pub mod reference;
 mod report;
+mod separation;
 mod summary;
 #[cfg(test)]
 mod testing;
 
 pub use configuration::{Axis, Configuration, Method, Subject, configurations};
+pub use convergence::{Convergence, Rate};
 pub use error::StudyError;
 pub use fit::{Confidence, crossing, pareto_front, price_of_half, tail};
 pub use journal::{Journal, Point, Run};
+pub use leader::Duel;
 pub use measure::{Plan, Watch, measure, picture_path};
 pub use page::{page, prices};
 pub use pictures::Gallery;
 pub use report::{FrontRow, StudyReport, TARGETS};
+pub use separation::{Parts, Separation};
 pub use summary::{Conclusion, Curve, CurvePoint, ErrorSpread, SecondsTo, Theory};

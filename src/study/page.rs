@@ -1,5 +1,6 @@
 //! The study as one page for a browser, on a screen of any width and on paper.
 
+use super::page_convergence::{convergence, duels};
 use super::pictures::{Shown, gradient};
 use super::{Axis, Conclusion, Curve, Gallery, SecondsTo, StudyReport};
 use crate::report::{Cell, Document, Plot, Scale, Table, escape, facts_to_html, with_code};
@@ -21,8 +22,8 @@ The *exponent* p says how the error falls over the last three octaves of passes,
 from the repetitions. In theory noise falls with half of alpha and bias with 1 - alpha (Knaus and Zwicker 2011; equal, a \
 third, at alpha 2/3). *Half costs* follows from it: so many times the passes, and nearly so many times the seconds, for half the error. The last columns \
 are seconds to an error: measured, interpolated between points; or, after \u{2248}, not reached but predicted from the end \
-of the curve, which holds only as long as the curve goes on like that. No prediction is made for path tracing, which never finds a point \
-light through glass, water or masks, nor where an effect is left out: such curves end at the light that they lack.";
+of the curve, which holds only as long as the curve goes on like that. Unless all is opaque and diffuse, no prediction is made for path \
+tracing, which never finds a point light through glass, water or masks, nor for light tracing; nor where an effect is left out: such curves end at the light that they lack.";
 
 /// The whole page.
 pub fn page(report: &StudyReport, gallery: &Gallery) -> String {
@@ -41,6 +42,7 @@ pub fn page(report: &StudyReport, gallery: &Gallery) -> String {
             "No other point is both faster and nearer to the reference.",
             &front(report),
         ),
+        convergence(report),
         Axis::ALL.iter().map(|&axis| of_axis(report, axis)).collect(),
         pictures(report, gallery),
         format!("<h2>The machine</h2>\n{}", facts_to_html(&report.machine.lines())),
@@ -54,13 +56,13 @@ pub fn page(report: &StudyReport, gallery: &Gallery) -> String {
 }
 
 /// Stars emphasise, backticks mark code.
-fn text(source: &str) -> String {
+pub(super) fn text(source: &str) -> String {
     let part =
         |(index, part): (usize, &str)| if index % 2 == 1 { format!("<em>{part}</em>") } else { part.into() };
     with_code(source).split('*').enumerate().map(part).collect()
 }
 
-fn section(title: &str, note: &str, content: &str) -> String {
+pub(super) fn section(title: &str, note: &str, content: &str) -> String {
     format!("<h2>{}</h2>\n<p>{}</p>\n{content}", escape(title), text(note))
 }
 
@@ -164,7 +166,7 @@ fn conclusion(to: &SecondsTo) -> Cell {
 }
 
 /// So many digits as the number deserves.
-fn digits(x: f64, count: i32) -> String {
+pub(super) fn digits(x: f64, count: i32) -> String {
     if x <= 0.0 || !x.is_finite() {
         return Cell::Number(x).to_string();
     }
@@ -224,10 +226,12 @@ fn of_axis(report: &StudyReport, axis: Axis) -> String {
     let series = shown.iter().map(|curve| (curve.name.to_owned(), measured(curve))).collect();
     let guides = shown.first().map_or(Vec::new(), |baseline| guides(axis, baseline, &shown));
     let plot = plot("Error against time", series, guides).to_figure();
-    format!("<h2>{}</h2>\n{plot}", escape(axis.question()))
+    let words = if axis == Axis::Method { duels(report) } else { String::new() };
+    format!("<h2>{}</h2>\n{plot}{words}", escape(axis.question()))
 }
 
-type Line = (String, Vec<(f64, f64)>);
+/// A name and points.
+pub(super) type Line = (String, Vec<(f64, f64)>);
 
 /// The slopes of theory, all through one point of the baseline: its own, or those that the axis tells apart.
 fn guides(axis: Axis, baseline: &Curve, shown: &[&Curve]) -> Vec<Line> {

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::StudyError;
 use super::measure::{Watch, described, fingerprint};
 use crate::bench::timing::timed;
-use crate::compare::Metrics;
+use crate::compare::{CompareError, Metrics};
 use crate::film::Image;
 use crate::math::DVec3;
 use crate::output::{Metadata, read_exr, write_atomically, write_exr};
@@ -93,6 +93,8 @@ pub struct Reference {
     pub image: Image,
     /// Where it lies.
     pub path: PathBuf,
+    /// The standard error of each of its pixels; `None` where it is not known.
+    pub standard_error: Option<Image>,
     /// How it was made; `None` for a picture that the user gave.
     pub manifest: Option<Manifest>,
     /// Whether it was there already.
@@ -102,16 +104,36 @@ pub struct Reference {
 impl Reference {
     /// A picture that the user gave.
     pub fn given(image: Image, path: &Path) -> Reference {
-        Reference { image, path: path.into(), manifest: None, cached: true }
+        Reference { image, path: path.into(), standard_error: None, manifest: None, cached: true }
     }
 
-    /// A number that tells its pixels from others.
+    /// With the standard error of its pixels.
+    ///
+    /// # Errors
+    /// When the two differ in size.
+    pub fn with_standard_error(self, standard_error: Image) -> Result<Reference, CompareError> {
+        Metrics::between(&standard_error, &self.image)?;
+        Ok(Reference { standard_error: Some(standard_error), ..self })
+    }
+
+    /// The list comes last: without it, the pictures are no reference.
+    fn write(&self, folder: &Path) -> Result<(), StudyError> {
+        write_exr(&self.path, &self.image, &Metadata::new())?;
+        if let Some(standard_error) = &self.standard_error {
+            write_exr(&folder.join(STANDARD_ERROR), standard_error, &Metadata::new())?;
+        }
+        let text = format!("{:#}\n", serde_json::json!(self.manifest));
+        Ok(write_atomically(&folder.join(MANIFEST), |out| out.write_all(text.as_bytes()))?)
+    }
+
+    /// A number that tells its pixels and their errors from others.
     pub fn fingerprint(&self) -> u64 {
-        fingerprint(&self.image.pixels())
+        fingerprint(&(self.image.pixels(), self.standard_error.as_ref().map(Image::pixels)))
     }
 }
 
-/// The reference at `folder/reference.exr`: the one that is there if scene, size and settings match, or else a new one.
+/// The reference at `folder/reference.exr`, its standard error beside it: the one that is there if scene, size and settings match, or
+/// else a new one.
 ///
 /// Every render is kept in `folder/reference` until all are there, so that an interrupted reference goes on. `None`
 /// where `watch` stopped it.
@@ -124,10 +146,9 @@ pub fn make(
     folder: &Path,
     watch: &impl Watch,
 ) -> Result<Option<Reference>, StudyError> {
-    let (path, manifest_path) = (folder.join("reference.exr"), folder.join("reference.json"));
     let key = recipe.key(desc);
-    if let Some((image, manifest)) = cached(&path, &manifest_path, &key) {
-        return Ok(Some(Reference { image, path, manifest: Some(manifest), cached: true }));
+    if let Some(reference) = cached(folder, &key) {
+        return Ok(Some(reference));
     }
     let parts = folder.join("reference").join(&key);
     let scene = Scene::new(desc.clone()).map_err(TraversalError::from)?;
@@ -141,8 +162,8 @@ pub fn make(
         (seconds, renders) = (seconds + time, renders + 1);
         watch.is_done();
     }
-    let halves_differ_percent =
-        100.0 * Metrics::between(&halves[0].mean(), &halves[1].mean())?.rel_mse.sqrt();
+    let [even, odd] = [&halves[0], &halves[1]].map(Half::mean);
+    let halves_differ_percent = 100.0 * Metrics::between(&even, &odd)?.rel_mse.sqrt();
     let manifest = Manifest {
         key,
         renders,
@@ -152,20 +173,38 @@ pub fn make(
         seconds,
         command: recipe.command(&desc.path.display().to_string(), desc, 0),
     };
+    let standard_error = Some(half_the_difference(&even, &odd));
     let [even, odd] = halves;
     let image = even.plus(odd).mean();
-    write_exr(&path, &image, &Metadata::new())?;
-    let text = format!("{:#}\n", serde_json::json!(manifest));
-    write_atomically(&manifest_path, |out| out.write_all(text.as_bytes()))?;
+    let path = folder.join(PICTURE);
+    let reference = Reference { image, path, standard_error, manifest: Some(manifest), cached: false };
+    reference.write(folder)?;
     // What is left over costs disk space alone.
     let _ = std::fs::remove_dir_all(folder.join("reference"));
-    Ok(Some(Reference { image, path, manifest: Some(manifest), cached: false }))
+    Ok(Some(reference))
 }
 
-fn cached(path: &Path, manifest: &Path, key: &str) -> Option<(Image, Manifest)> {
-    let manifest: Manifest = serde_json::from_slice(&std::fs::read(manifest).ok()?).ok()?;
-    let image = read_exr(path).ok()?;
-    (manifest.key == key).then_some((image, manifest))
+const PICTURE: &str = "reference.exr";
+const STANDARD_ERROR: &str = "reference_stderr.exr";
+const MANIFEST: &str = "reference.json";
+
+fn cached(folder: &Path, key: &str) -> Option<Reference> {
+    let manifest: Manifest = serde_json::from_slice(&std::fs::read(folder.join(MANIFEST)).ok()?).ok()?;
+    if manifest.key != key {
+        return None;
+    }
+    let path = folder.join(PICTURE);
+    let (image, standard_error) = (read_exr(&path).ok()?, read_exr(&folder.join(STANDARD_ERROR)).ok()?);
+    let reference = Reference { manifest: Some(manifest), ..Reference::given(image, &path) };
+    reference.with_standard_error(standard_error).ok()
+}
+
+/// Of the means of two halves: squared, the variance of the mean of both.
+fn half_the_difference(a: &Image, b: &Image) -> Image {
+    let mut image = Image::new(a.width(), a.height());
+    let halves = a.pixels().iter().zip(b.pixels());
+    image.pixels_mut().iter_mut().zip(halves).for_each(|(pixel, (a, b))| *pixel = 0.5 * (a - b).abs());
+    image
 }
 
 /// Render `index`, from its file if it is there; `None` where `watch` stopped it.
@@ -245,6 +284,7 @@ mod tests {
         let first = made(folder.path(), &recipe(4));
         let again = made(folder.path(), &recipe(4));
         assert!(!first.cached && again.cached && first.image == again.image);
+        assert!(first.standard_error.is_some() && first.standard_error == again.standard_error);
         assert_eq!(again.manifest.unwrap().renders, 4);
         let other = made(folder.path(), &recipe(3));
         assert!(!other.cached && other.image != first.image);
@@ -261,6 +301,11 @@ mod tests {
         let found = 100.0 * Metrics::between(&few.image, &many.image).unwrap().rel_mse.sqrt();
         let told = few.manifest.unwrap().error_percent;
         assert!((0.7..1.4).contains(&(found / told)), "{found} % found, {told} % told");
+        let of_pixels = few.standard_error.unwrap();
+        let sum = few.image.pixels().iter().zip(of_pixels.pixels()).map(|(&x, &s)| x + s).collect();
+        let off = Image::from_pixels(8, 8, sum).unwrap();
+        let squares = Metrics::between(&off, &few.image).unwrap().rel_mse;
+        assert!((100.0 * squares.sqrt() / told - 1.0).abs() < 0.05, "{told} %, of pixels {squares}");
     }
 
     #[test]

@@ -2,7 +2,7 @@ use serde::Serialize;
 
 use super::fit::pareto_front;
 use super::reference::{Manifest, Reference};
-use super::{Curve, Plan, Run, Subject};
+use super::{Axis, Curve, Duel, Parts, Plan, Run, Subject};
 use crate::bench::machine::Machine;
 use crate::report::{Cell, Table};
 
@@ -43,10 +43,14 @@ pub struct StudyReport {
     pub reference: String,
     /// How good it is; none for one that the user gave.
     pub reference_made: Option<Manifest>,
+    /// Whether the variance of that file is known, and not in the squared bias.
+    pub reference_noise_is_known: bool,
     /// What each configuration measured.
     pub curves: Vec<Curve>,
     /// The best of all, by ascending seconds.
     pub front: Vec<FrontRow>,
+    /// Other methods beside the baseline, in equal time.
+    pub duels: Vec<Duel>,
     /// What it was measured on.
     pub machine: Machine,
     /// The command that made the study.
@@ -72,7 +76,7 @@ impl StudyReport {
                 runs.iter().filter(|run| run.key == key && run.repetition < plan.repetitions).collect();
             of_it.sort_by_key(|run| run.repetition);
             finished += of_it.len();
-            curves.extend(Curve::of(configuration, &of_it, subject, &TARGETS));
+            curves.extend(Curve::of(configuration, &of_it, &plan.desc, subject, &TARGETS));
         }
         StudyReport {
             scene: subject.scene.clone(),
@@ -83,7 +87,9 @@ impl StudyReport {
             complete: finished == plan.runs() as usize,
             reference: reference.path.display().to_string(),
             reference_made: reference.manifest.clone(),
+            reference_noise_is_known: reference.standard_error.is_some(),
             front: front(&curves),
+            duels: duels(&curves),
             curves,
             machine,
             command,
@@ -104,6 +110,11 @@ impl StudyReport {
             "min (%)",
             "max (%)",
             "relative MSE",
+            "variance",
+            "squared bias",
+            "its standard error",
+            "squared bias, flat",
+            "its standard error, flat",
             "command",
         ];
         let row = |curve: &Curve, point: &super::CurvePoint| {
@@ -113,6 +124,7 @@ impl StudyReport {
             let mut cells = vec![Cell::Text(curve.name.into()), Cell::Text(curve.axis.clone())];
             cells.extend([Cell::Count(point.steps.into()), Cell::Count(point.repetitions as u64)]);
             cells.extend(numbers.map(Cell::Number));
+            cells.extend(parts(point).map(Cell::Number));
             cells.push(Cell::Code(point.command.clone()));
             cells
         };
@@ -120,6 +132,28 @@ impl StudyReport {
             self.curves.iter().flat_map(|curve| curve.points.iter().map(move |point| row(curve, point)));
         Table { columns, rows: rows.collect() }
     }
+}
+
+/// Of the baseline with every other method.
+fn duels(curves: &[Curve]) -> Vec<Duel> {
+    let on = |axis: Axis| curves.iter().filter(move |curve| curve.axis == axis.to_string());
+    let Some(baseline) = on(Axis::Baseline).next() else { return Vec::new() };
+    on(Axis::Method).filter_map(|rival| Duel::between(baseline, rival)).collect()
+}
+
+/// Variance, squared bias and its standard error of all pixels, and the latter two of those whose discs lie flat; NaN where
+/// nothing is known.
+fn parts(point: &super::CurvePoint) -> [f64; 5] {
+    let all = point.separation.map(|separation| separation.all);
+    let flat = point.separation.and_then(|separation| separation.flat);
+    let of = |parts: Option<Parts>, number: fn(Parts) -> f64| parts.map_or(f64::NAN, number);
+    [
+        of(all, |parts| parts.variance),
+        of(all, |parts| parts.bias2),
+        of(all, |parts| parts.bias2_error),
+        of(flat, |parts| parts.bias2),
+        of(flat, |parts| parts.bias2_error),
+    ]
 }
 
 /// The points that none beats in time and error, along all curves.

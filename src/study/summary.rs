@@ -2,11 +2,13 @@
 
 use serde::Serialize;
 
+use super::convergence::Convergence;
 use super::fit::{Confidence, crossing, price_of_half, tail};
-use super::{Configuration, Method, Run, Subject};
+use super::{Configuration, Method, Run, Separation, Subject};
 use crate::bench::timing::Spread;
 use crate::math::PowerLaw;
 use crate::ppm::Settings;
+use crate::scene::SceneDesc;
 
 /// A mean and the ends.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -40,6 +42,8 @@ pub struct CurvePoint {
     pub error_percent: ErrorSpread,
     /// Mean of the relative mean square errors.
     pub rel_mse: f64,
+    /// What of that is variance and what is bias; none for a single repetition.
+    pub separation: Option<Separation>,
     /// The command that renders the picture of the first repetition.
     pub command: String,
 }
@@ -109,6 +113,10 @@ pub struct Curve {
     pub exponent_half_width: Option<f64>,
     /// Exponents that theory has.
     pub theory: Theory,
+    /// How variance and squared bias fall; none for a single repetition.
+    pub convergence: Option<Convergence>,
+    /// Whether it may lack light however long it takes, so that nothing is foretold of it.
+    pub may_lack_light: bool,
     /// How many times the steps half the error costs, by the exponent; none where it cannot be had.
     pub price_of_half: Option<f64>,
     /// Seconds to each error asked for.
@@ -118,10 +126,11 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// Sums up `runs` of `configuration`; `None` where there are none.
+    /// Sums up `runs` of `configuration`, by ascending repetition, in a scene; `None` where there are none.
     pub fn of(
         configuration: &Configuration,
         runs: &[&Run],
+        scene: &SceneDesc,
         subject: &Subject,
         targets: &[f64],
     ) -> Option<Curve> {
@@ -133,7 +142,8 @@ impl Curve {
         let exponent = Confidence::of(&exponents);
         let mean = |p: &CurvePoint| (f64::from(p.steps), p.error_percent.mean);
         let law = PowerLaw::through(tail(&points.iter().map(mean).collect::<Vec<_>>()));
-        let law = law.filter(|_| !configuration.may_lack_light());
+        let may_lack_light = configuration.may_lack_light(scene);
+        let law = law.filter(|_| !may_lack_light);
         Some(Curve {
             name: configuration.name,
             axis: configuration.axis.to_string(),
@@ -141,6 +151,8 @@ impl Curve {
             exponent: exponent.map(|e| e.mean),
             exponent_half_width: exponent.and_then(|e| e.half_width),
             theory: Theory::of(configuration),
+            convergence: Convergence::of(configuration, &points),
+            may_lack_light,
             price_of_half: exponent.map(|e| price_of_half(e.mean)).filter(|price| *price < FARTHEST),
             seconds_to: targets.iter().map(|&percent| seconds_to(percent, runs, law, &points)).collect(),
             command: points.last().map(|p| p.command.clone()).unwrap_or_default(),
@@ -163,6 +175,8 @@ fn point(runs: &[&Run], steps: u32, command: String) -> CurvePoint {
         seconds: Spread::of(there.iter().map(|p| p.seconds)),
         error_percent: ErrorSpread::of(there.iter().map(super::Point::percent)),
         rel_mse: there.iter().map(|p| p.rel_mse).sum::<f64>() / there.len().max(1) as f64,
+        // Each run's is of all runs up to it.
+        separation: there.last().and_then(|p| p.separation),
         command,
     }
 }
@@ -194,14 +208,16 @@ fn seconds_to(percent: f64, runs: &[&Run], law: Option<PowerLaw>, points: &[Curv
 #[cfg(test)]
 pub mod tests {
     use super::super::Point;
-    use super::super::testing::{plan, subject};
+    use super::super::testing::{desc, plan, subject};
     use super::*;
+    use crate::bsdf::Bsdf;
+    use crate::math::Rgb;
 
     /// Error `40 % · steps^-exponent` at `seconds` a step.
     pub fn run(repetition: u32, exponent: f64, seconds: f64) -> Run {
         let point = |steps: u32| {
             let error = 0.4 * f64::from(steps).powf(-exponent);
-            Point { steps, seconds: seconds * f64::from(steps), rel_mse: error * error }
+            Point { steps, seconds: seconds * f64::from(steps), rel_mse: error * error, separation: None }
         };
         let points = [1, 2, 4, 8, 16].map(point).to_vec();
         Run { key: "k".into(), configuration: "baseline".into(), repetition, seed: 1, points }
@@ -209,7 +225,32 @@ pub mod tests {
 
     fn curve(runs: &[Run]) -> Curve {
         let runs: Vec<&Run> = runs.iter().collect();
-        Curve::of(&plan().configurations[0], &runs, &subject(), &[30.0, 20.0, 5.0, 0.1]).unwrap()
+        Curve::of(&plan().configurations[0], &runs, &desc(), &subject(), &[30.0, 20.0, 5.0, 0.1]).unwrap()
+    }
+
+    /// One of a curve that says nothing else.
+    pub fn point_with(steps: u32, separation: Option<Separation>) -> CurvePoint {
+        let error_percent = ErrorSpread { mean: 1.0, min: 1.0, max: 1.0 };
+        let seconds = Spread { median: f64::from(steps), min: 1.0, max: 1.0 };
+        CurvePoint {
+            steps,
+            repetitions: 3,
+            seconds,
+            error_percent,
+            rel_mse: 1e-4,
+            separation,
+            command: String::new(),
+        }
+    }
+
+    /// One of these seconds and errors in percent.
+    pub fn curve_of(name: &'static str, moments: &[(f64, f64)]) -> Curve {
+        let point = |(steps, &(median, mean)): (u32, &(f64, f64))| CurvePoint {
+            seconds: Spread { median, min: median, max: median },
+            error_percent: ErrorSpread { mean, min: mean, max: mean },
+            ..point_with(steps, None)
+        };
+        Curve { name, points: (1..).zip(moments).map(point).collect(), ..curve(&[run(0, 0.5, 1.0)]) }
     }
 
     #[test]
@@ -238,9 +279,15 @@ pub mod tests {
         let split = seconds(&[run(0, 0.5, 1.0), run(1, 0.1, 1.0)]);
         assert!(matches!(split[1], Conclusion::Predicted(_)), "all repetitions must get there");
         let path_tracing = &plan().configurations[1];
-        let curve = Curve::of(path_tracing, &[&run(0, 0.5, 1.0)], &subject(), &[20.0, 5.0]).unwrap();
+        let of = |scene: &SceneDesc| {
+            Curve::of(path_tracing, &[&run(0, 0.5, 1.0)], scene, &subject(), &[20.0, 5.0]).unwrap()
+        };
+        let mut with_mirror = desc();
+        with_mirror.materials[0].bsdf = Bsdf::Mirror { reflectance: Rgb::ONE };
+        let curve = of(&with_mirror);
         assert!(matches!(curve.seconds_to[0].seconds, Conclusion::Measured(_)));
         assert_eq!(curve.seconds_to[1].seconds, Conclusion::OutOfReach, "what lacks light is not drawn on");
+        assert!(matches!(of(&desc()).seconds_to[1].seconds, Conclusion::Predicted(_)), "all is diffuse");
     }
 
     #[test]

@@ -24,6 +24,9 @@ pub struct StudyArgs {
     /// Hold the pictures against this one (EXR), which also gives their size
     #[arg(long, value_name = "FILE.exr")]
     pub reference: Option<PathBuf>,
+    /// The standard error of its pixels (EXR), as `caustica reference` writes it: it is no bias of the pictures
+    #[arg(long, value_name = "FILE.exr", requires = "reference")]
+    pub reference_stderr: Option<PathBuf>,
     /// Hold them against the mean of many renders; it is kept, and made anew only if scene or settings change
     #[arg(long)]
     pub make_reference: bool,
