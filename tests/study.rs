@@ -115,7 +115,9 @@ fn every_number_is_made_by_its_command() {
     let curves = report["curves"].as_array().unwrap();
     assert_eq!(curves.len(), 13);
     for curve in curves {
-        let point = &curve["points"][2];
+        // Where discs are large, a share of time may hold less than three looks.
+        let points = curve["points"].as_array().unwrap();
+        let point = &points[points.len().min(3) - 1];
         let command = point["command"].as_str().unwrap();
         let picture = studio.name("picture.exr");
         let mut words: Vec<&str> = command.split(' ').skip(1).collect();

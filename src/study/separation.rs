@@ -18,7 +18,7 @@ pub struct Parts {
     /// Squared bias: what is left of the mean square error without the variance and, where it is known, that of the reference. It is unbiased,
     /// and therefore negative at times where there is none.
     pub bias2: f64,
-    /// Standard error of the squared bias, by the repetitions; parts of the picture count as independent.
+    /// Standard error of the squared bias, by the repetitions and by the reference's own; parts of the picture count as independent.
     pub bias2_error: f64,
 }
 
@@ -126,27 +126,30 @@ impl<'a> Region<'a> {
         self.leverage += of_parts.iter().map(|sum| sum * sum).sum::<f64>();
     }
 
-    /// Sum over the region of the weighed squares of the mean error, without those of the reference's own.
-    fn squares(&self) -> f64 {
+    /// Sums over the region: of the weighed squares of the mean error, without those of the reference's own; and of `(Σ w (x̄ - r) s)²` by the
+    /// reference's standard error `s`, as if its pixels were independent.
+    fn squares(&self) -> (f64, f64) {
         let noise = self.reference.standard_error.as_ref();
-        let square = |pixel: usize| {
+        let squares = |pixel: usize| {
             let (weight, error) = self.error(pixel);
             let noise = noise.map_or(DVec3::ZERO, |noise| noise.pixels()[pixel].as_dvec3());
-            (weight * (error * error - noise * noise)).element_sum()
+            let leverage = (weight * error * noise).element_sum();
+            ((weight * (error * error - noise * noise)).element_sum(), leverage * leverage)
         };
-        self.pixels().map(square).sum()
+        self.pixels().map(squares).fold((0.0, 0.0), |sum, of| (sum.0 + of.0, sum.1 + of.1))
     }
 
     fn parts(&self, count: u32) -> Option<Parts> {
         let (pixels, k) = (self.pixels().count(), f64::from(count));
         let n = (3 * pixels) as f64;
         let variance = self.spread / (k - 1.0) / n;
+        let (squares, of_reference) = self.squares();
         (pixels > 0).then(|| Parts {
             share: pixels as f64 / self.mean.len() as f64,
             variance,
-            bias2: self.squares() / n - variance / k,
+            bias2: squares / n - variance / k,
             // The squared mean error changes by twice it times the change of the mean.
-            bias2_error: 2.0 * (self.leverage / (k * (k - 1.0))).sqrt() / n,
+            bias2_error: 2.0 * (self.leverage / (k * (k - 1.0)) + of_reference).sqrt() / n,
         })
     }
 }
@@ -191,8 +194,11 @@ mod tests {
             .collect();
         let noise = noise(&mut rng, 1);
         let reference = Reference {
-            standard_error: Some(image(|_| Rgb::splat(0.02))),
-            ..Reference::given(image(|pixel| Rgb::splat(ramp(pixel)) + 0.02 * noise[pixel]), "r.exr".as_ref())
+            standard_error: Some(image(|_| Rgb::splat(0.004))),
+            ..Reference::given(
+                image(|pixel| Rgb::splat(ramp(pixel)) + 0.004 * noise[pixel]),
+                "r.exr".as_ref(),
+            )
         };
         let right: Vec<bool> = (0..SIDE * SIDE).map(|pixel| !is_left(pixel)).collect();
         Separation::of(count, |k| Some(pictures[k as usize].clone()), &reference, Some(&right)).unwrap()
