@@ -198,6 +198,27 @@ mod tests {
         }
     }
 
+    /// Where photons are many, hit points shrink as foretold.
+    #[test]
+    fn even_light_shrinks_discs_as_expected() {
+        for policy in [RadiusPolicy::HitPoint, RadiusPolicy::Shared, RadiusPolicy::Fixed] {
+            let mut state = GatherState::new(1.0);
+            for (pass, area) in (1..60).zip(policy.expected_areas(0.7)) {
+                assert!(
+                    (state.radius2 / area - 1.0).abs() < 1e-3,
+                    "{policy}, pass {pass}: {}",
+                    state.radius2
+                );
+                let accepted = (1e7 * state.radius2) as u32;
+                let sum = PassSum { flux: DVec3::splat(accepted.into()), accepted };
+                state.after_pass(&sum, policy.own_alpha(0.7));
+                if let Some(ratio) = policy.common_ratio(0.7, pass) {
+                    state.shrink(ratio);
+                }
+            }
+        }
+    }
+
     #[test]
     fn fixed_radius_keeps_its_bias() {
         let convergence = convergence(RadiusPolicy::Fixed, 0.7);

@@ -77,7 +77,8 @@ pub(super) fn rendered(scene: &Scene, settings: Settings, passes: u32) -> (Secon
 /// What so many passes are going to take: the set-up as it is, and passes in proportion to their photons, from two small ones.
 /// With it the plan that they go by.
 ///
-/// Radii shrink from pass to pass, so gathering turns out cheaper than predicted.
+/// Gathering becomes cheaper as radii shrink, by how much a third small pass in discs of half the area tells; radii are taken to
+/// shrink as [`crate::ppm::RadiusPolicy::expected_areas`] has it.
 pub fn predicted(scene: &Scene, settings: Settings, passes: u32) -> (Seconds, Plan) {
     let photons = settings.photons;
     let few = (photons / 64).clamp(FEWEST.min(photons), photons);
@@ -94,13 +95,18 @@ pub fn predicted(scene: &Scene, settings: Settings, passes: u32) -> (Seconds, Pl
     if render.is_finished() || passes == 0 {
         return (seconds, plan);
     }
+    let smaller = Some(render.setup().radius * 0.5f64.sqrt());
+    let half =
+        Render::new(scene, Settings { photons: more, radius: smaller, ..settings }).pass().phases.gather;
     let line = |a: f64, b: f64| extrapolated([(few, a), (more, b)], photons);
+    let areas = settings.policy.expected_areas(settings.alpha).take(passes as usize);
+    let shrunk = cost_of_areas(if b.gather > 0.0 { half / b.gather } else { 1.0 }, areas);
     let (all, later) = (f64::from(passes), f64::from(passes - 1));
     let phases = PhaseSeconds {
         eye: later * b.eye,
         direct: later * b.direct,
         trace: all * line(a.trace, b.trace),
-        gather: all * line(a.gather, b.gather),
+        gather: shrunk * line(a.gather, b.gather),
         errors: 0.0,
     };
     (seconds.plus(&phases), plan)
@@ -117,9 +123,17 @@ fn extrapolated([(few, a), (more, b)]: [(u64, f64); 2], photons: u64) -> f64 {
     b + slope.min(b / more) * (photons - more)
 }
 
+/// What passes in discs of such areas cost in units of one of area 1, on the line through that and the cost of one of area 1/2: part of a
+/// pass goes with the photons in the discs, and part is the walk to them.
+fn cost_of_areas(half: f64, areas: impl Iterator<Item = f64>) -> f64 {
+    let share = (2.0 * (1.0 - half)).clamp(0.0, 1.0);
+    areas.map(|area| 1.0 - share + share * area).sum()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ppm::RadiusPolicy;
 
     #[test]
     fn extrapolation_follows_the_line_and_never_falls() {
@@ -128,6 +142,19 @@ mod tests {
         assert_eq!(at([(10, 2.0), (40, 1.8)], 100), 1.8, "the wrong way round");
         assert_eq!(at([(7, 1.0), (7, 1.0)], 7), 1.0);
         assert_eq!(at([(10, 0.0), (40, 4.0)], 100), 10.0, "no more than in proportion");
+    }
+
+    /// Gathering that goes with the area costs what the radii of the schedule say; one that does not, as many passes.
+    #[test]
+    fn gathering_follows_the_radii() {
+        let cost = |half, policy: RadiusPolicy| cost_of_areas(half, policy.expected_areas(0.5).take(3));
+        assert!((cost(0.5, RadiusPolicy::Shared) - (1.0 + 0.75 + 0.625)).abs() < 1e-12);
+        assert!(
+            (cost(0.75, RadiusPolicy::Shared) - 0.5 * (3.0 + 2.375)).abs() < 1e-12,
+            "half goes with the area"
+        );
+        assert_eq!((cost(1.0, RadiusPolicy::Shared), cost(1.2, RadiusPolicy::Shared)), (3.0, 3.0));
+        assert_eq!((cost(0.5, RadiusPolicy::Fixed), cost(0.1, RadiusPolicy::HitPoint)), (3.0, 1.875));
     }
 
     #[test]
