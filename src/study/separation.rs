@@ -162,6 +162,7 @@ mod tests {
     const SIDE: usize = 48;
     const VARIANCE: f64 = 0.01;
     const BIAS: f64 = 0.05;
+    const TRIALS: u32 = 200;
 
     /// Of variance 1, alike in blocks of `block` pixels.
     fn noise(rng: &mut Rng, block: usize) -> Vec<Rgb> {
@@ -208,15 +209,15 @@ mod tests {
     #[test]
     fn known_variance_and_bias_are_told_apart() {
         for count in [2, 3, 5] {
-            let trials: Vec<Separation> = (0..60).map(|trial| separated(trial, count, BIAS, 1)).collect();
-            let mean = |of: fn(&Separation) -> f64| trials.iter().map(of).sum::<f64>() / 60.0;
+            let trials: Vec<Separation> = (0..TRIALS).map(|trial| separated(trial, count, BIAS, 1)).collect();
+            let mean = |of: fn(&Separation) -> f64| trials.iter().map(of).sum::<f64>() / f64::from(TRIALS);
             let flat = |s: &Separation| s.flat.unwrap();
             for variance in [mean(|s| s.all.variance), mean(|s| s.flat.unwrap().variance)] {
                 assert!((variance / VARIANCE - 1.0).abs() < 0.02, "{count}: variance {variance}");
             }
             let bias2 = mean(|s| s.all.bias2);
             assert!((bias2 / (0.5 * BIAS * BIAS) - 1.0).abs() < 0.03, "{count}: squared bias {bias2}");
-            let none = trials.iter().map(|s| flat(s).bias2).sum::<f64>() / 60.0;
+            let none = trials.iter().map(|s| flat(s).bias2).sum::<f64>() / f64::from(TRIALS);
             assert!(none.abs() < 0.03 * BIAS * BIAS, "{count}: squared bias {none} of none");
             assert!(trials.iter().all(|s| s.all.has_bias() && s.all.share == 1.0 && flat(s).share == 0.5));
         }
