@@ -31,7 +31,7 @@ pub use journal::{Journal, Point, Run};
 pub use leader::Duel;
 pub use measure::{Plan, Watch, measure, picture_path};
 pub use page::{page, prices};
-pub use pictures::Gallery;
+pub use pictures::{Gallery, Shown};
 pub use report::{FrontRow, StudyReport, TARGETS};
 pub use separation::{Parts, Separation};
 pub use summary::{Conclusion, Curve, CurvePoint, ErrorSpread, SecondsTo, Theory};
