@@ -6,7 +6,7 @@ CAUSTICA := $(TARGET)/release/caustica
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup build denoiser render test lint check-docs crosscheck hard-cases convergence fuzz sanitize bench study accuracy docs-figures instructions install clean gallery slurm-test
+.PHONY: help setup build denoiser render test lint shape check-docs crosscheck hard-cases convergence fuzz sanitize bench study accuracy docs-figures instructions install clean gallery slurm-test
 
 help: ## List these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' Makefile
@@ -42,6 +42,9 @@ lint: setup ## Check format, lints and documentation
 	cargo fmt --check
 	cargo clippy --locked --all-targets -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --locked --no-deps
+
+shape: setup ## Tell how long functions are: median, 90th percentile, longest
+	cargo test --locked --test architecture functions_are_short -- --nocapture
 
 check-docs: setup ## Check that links, targets and sub-commands in the documents exist
 	cargo build --locked
