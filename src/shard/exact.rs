@@ -61,11 +61,6 @@ impl<const LIMBS: usize, const LOWEST: i32> Exact<LIMBS, LOWEST> {
         }
     }
 
-    /// Adds another sum.
-    pub fn add_sum(&mut self, other: &Self) {
-        add(&mut self.limbs, &other.limbs);
-    }
-
     fn is_negative(&self) -> bool {
         self.limbs[LIMBS - 1] >> (BITS - 1) == 1
     }
@@ -266,9 +261,12 @@ mod tests {
             let mut shuffled = numbers.clone();
             shuffled.sort_by_key(|x| u64::from(x.to_bits()).wrapping_mul(seed | 1));
             let (first, second) = shuffled.split_at(cut.min(shuffled.len()));
-            let (mut sum, mut squares) = (sum_of(second), squares_of(second));
-            sum.add_sum(&sum_of(first));
-            squares.add_sum(&squares_of(first));
+            let mut packed = Vec::new();
+            sum_of(first).pack(&mut packed);
+            squares_of(first).pack(&mut packed);
+            let (mut sum, mut squares, mut rest) = (sum_of(second), squares_of(second), packed.as_slice());
+            sum.add_packed(&mut rest).unwrap();
+            squares.add_packed(&mut rest).unwrap();
             prop_assert_eq!(sum, sum_of(&numbers));
             prop_assert_eq!(squares, squares_of(&numbers));
         }

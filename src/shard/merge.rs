@@ -26,9 +26,16 @@ impl Merge {
     /// If it cannot be read or is not whole, is of another picture than those before, or holds passes of one of them. Nothing that was
     /// merged is of use then.
     pub fn add(&mut self, path: &Path) -> Result<(), ShardError> {
-        let bytes = read(path)?;
+        self.add_bytes(path, &read(path)?)
+    }
+
+    /// Adds the shard in `bytes`, which errors call `path`.
+    ///
+    /// # Errors
+    /// As [`Merge::add`].
+    pub fn add_bytes(&mut self, path: &Path, bytes: &[u8]) -> Result<(), ShardError> {
         let unusable = |reason| ShardError::Unusable { path: path.into(), reason };
-        let content = parse(&bytes).map_err(unusable)?;
+        let content = parse(bytes).map_err(unusable)?;
         let pixels = pixels(&content)
             .ok_or_else(|| unusable(FormatError::Content(format!("{:?} pixels", content.size))))?;
         self.check(path, &content)?;
@@ -37,7 +44,7 @@ impl Merge {
                 .map_err(|source| ShardError::Read { path: path.into(), source })?;
         }
         let passes = content.passes.clone().into_owned();
-        let merged = self.merged.get_or_insert_with(|| empty(&content));
+        let merged = self.merged.get_or_insert_with(|| Shard::new(identity_of(&content), content.size));
         add(merged, content)
             .ok_or_else(|| unusable(FormatError::Content("sums that nobody wrote".into())))?;
         self.files.push((path.into(), passes));
@@ -46,11 +53,7 @@ impl Merge {
 
     fn check(&self, path: &Path, content: &Content) -> Result<(), ShardError> {
         let Some(merged) = &self.merged else { return Ok(()) };
-        let theirs = Identity {
-            facts: content.facts.clone().into_owned(),
-            header: content.header.clone().into_owned(),
-        };
-        let mut differences = theirs.differences(&merged.identity, NAMES);
+        let mut differences = identity_of(content).differences(&merged.identity, NAMES);
         if differences.is_empty() && content.size != merged.sums.size() {
             differences.push(format!(
                 "size: this one has {:?}, the other {:?}",
@@ -89,10 +92,8 @@ fn pixels(Content { size: (width, height), blocks, .. }: &Content) -> Option<usi
     (1..=MAX_PIXELS.min(packed / LEAST_PACKED)).contains(&pixels).then_some(pixels)
 }
 
-fn empty(content: &Content) -> Shard {
-    let identity =
-        Identity { facts: content.facts.clone().into_owned(), header: content.header.clone().into_owned() };
-    Shard::new(identity, content.size)
+fn identity_of(content: &Content) -> Identity {
+    Identity { facts: content.facts.clone().into_owned(), header: content.header.clone().into_owned() }
 }
 
 fn add(to: &mut Shard, content: Content) -> Option<()> {

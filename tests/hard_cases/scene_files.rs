@@ -12,6 +12,7 @@ use caustica::checkpoint;
 use caustica::math::{Rng, Stream};
 use caustica::output::{read_exr_bytes, read_png_bytes};
 use caustica::scene::{Access, Limits, load, load_with};
+use caustica::shard::Merge;
 use caustica::study::Journal;
 
 /// Every field that there is, one a line.
@@ -396,7 +397,7 @@ fn a_render_beyond_memory_is_refused() {
 type Loader = fn(&[u8]);
 
 /// What the fuzz targets do, by their names; a panic is what they must not do.
-const LOADERS: [(&str, Loader); 10] = [
+const LOADERS: [(&str, Loader); 11] = [
     ("scene", |bytes| {
         let text = String::from_utf8_lossy(bytes);
         let parts: Vec<&str> = text.splitn(3, "\n%%\n").collect();
@@ -420,8 +421,14 @@ const LOADERS: [(&str, Loader); 10] = [
     ("exr", |bytes| drop(read_exr_bytes(Path::new("a.exr"), bytes))),
     ("png", |bytes| drop(read_png_bytes(Path::new("a.png"), bytes))),
     ("journal", |bytes| drop(Journal::parse(Path::new("a.jsonl"), &String::from_utf8_lossy(bytes)))),
-    ("checkpoint", |bytes| drop(checkpoint::parse(&[bytes, blake3::hash(bytes).as_bytes()].concat()))),
+    ("checkpoint", |bytes| drop(checkpoint::parse(&signed(bytes)))),
+    ("shard", |bytes| drop(Merge::default().add_bytes(Path::new("a.shard"), &signed(bytes)))),
 ];
+
+/// With the hash that whole files end in.
+fn signed(bytes: &[u8]) -> Vec<u8> {
+    [bytes, blake3::hash(bytes).as_bytes()].concat()
+}
 
 const MESH_SCENE: &str =
     "camera = { position = [0, 0, 5], look_at = [0, 0, 0], fov = 40 }\n[[mesh]]\nfile = \"m.obj\"\n";
