@@ -80,6 +80,15 @@ impl Limits {
         scene_bytes: 16 << 20,
         bytes: 2 << 30,
     };
+
+    /// Refuses a mesh with which there are so many triangles.
+    pub(super) fn check_triangles(&self, n: u64) -> Result<(), String> {
+        let most = self.triangles;
+        if n <= most {
+            return Ok(());
+        }
+        Err(format!("with it the meshes have {n} triangles; allowed in the sandbox: {most}"))
+    }
 }
 
 impl Access {

@@ -28,6 +28,11 @@ pub(super) const POSITIVE: Allowed =
     Allowed { text: "a finite number above 0", holds: |x| x > 0.0 && x.is_finite() };
 pub(super) const NON_NEGATIVE: Allowed =
     Allowed { text: "a finite number, 0 or above", holds: |x| x >= 0.0 && x.is_finite() };
+pub(super) const FIELD_OF_VIEW: Allowed =
+    Allowed { text: "degrees above 0 and below 180", holds: |x| x > 0.0 && x < 180.0 };
+/// From the axis of a spot light.
+pub(super) const CONE_ANGLE: Allowed =
+    Allowed { text: "degrees above 0 and up to 180", holds: |x| x > 0.0 && x <= 180.0 };
 pub(super) const FINITE: Allowed = Allowed { text: "a finite number", holds: f64::is_finite };
 
 /// A table of a scene file whose every key is known.

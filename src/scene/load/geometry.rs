@@ -21,6 +21,9 @@ pub(super) struct Geometry {
     pub ignored: usize,
 }
 
+/// Why a file without any triangle is refused.
+pub(super) const NO_FACE: &str = "empty mesh: it has no face of 3 or more vertices; at least one is needed";
+
 /// Where shading normals come from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Normals {

@@ -4,13 +4,11 @@ use std::sync::Arc;
 
 use super::super::{LightDesc, SceneError};
 use super::access::Reader;
-use super::fields::{Allowed, COORDINATE, FINITE, Fields, NON_NEGATIVE, POSITIVE};
+use super::fields::{Allowed, CONE_ANGLE, COORDINATE, FINITE, Fields, NON_NEGATIVE, POSITIVE};
 use super::objects::each;
 use crate::light::{Panorama, Spot};
 use crate::math::{Rgb, Vec3};
 use crate::texture::Encoding;
-
-const ANGLE: Allowed = Allowed { text: "degrees above 0 and up to 180", holds: |x| x > 0.0 && x <= 180.0 };
 
 /// In the order of the kinds, and of the file.
 pub(super) fn further_lights(root: &Fields, reader: &Reader) -> Result<Vec<LightDesc>, SceneError> {
@@ -26,7 +24,7 @@ pub(super) fn further_lights(root: &Fields, reader: &Reader) -> Result<Vec<Light
 
 fn spot(table: &Fields) -> Result<LightDesc, SceneError> {
     let position = table.required("position", "three numbers")?.vec3(&COORDINATE)?;
-    let outer = table.required("outer", ANGLE.text)?.f32(&ANGLE)?;
+    let outer = table.required("outer", CONE_ANGLE.text)?.f32(&CONE_ANGLE)?;
     let inner = table.optional("inner").map(|field| field.f32(&NON_NEGATIVE)).transpose()?;
     let inner = inner.unwrap_or(0.75 * outer);
     if inner > outer {

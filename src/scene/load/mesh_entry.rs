@@ -72,7 +72,8 @@ impl Entry<'_> {
         let obj = mesh_memory::parse(&self.path, self.bytes(file)?, kind, self.reader.memory())?;
         let n_triangles = obj.geometry.triangles.len();
         found.triangles += n_triangles as u64;
-        self.check_triangles(found.triangles)?;
+        let counted = self.reader.limits().check_triangles(found.triangles);
+        counted.map_err(|reason| file_error(&self.path, reason))?;
         let materials = match self.material {
             Some(material) => vec![material; n_triangles],
             None if is_ply => return Err(self.table.error(String::from(NO_MATERIAL))),
@@ -88,15 +89,6 @@ impl Entry<'_> {
             error: &|reason| self.table.error(reason),
         };
         placement.mesh(obj.geometry, materials, &mut found.warnings)
-    }
-
-    fn check_triangles(&self, n: u64) -> Result<(), SceneError> {
-        let most = self.reader.limits().triangles;
-        if n <= most {
-            return Ok(());
-        }
-        let reason = format!("with it the meshes have {n} triangles; allowed in the sandbox: {most}");
-        Err(file_error(&self.path, reason))
     }
 
     fn bytes(&self, file: &Field) -> Result<Vec<u8>, SceneError> {

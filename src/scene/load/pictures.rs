@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use glam::{DAffine2, DMat2, DVec2};
 use zune_jpeg::JpegDecoder;
 use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
@@ -15,6 +16,10 @@ use crate::input;
 use crate::math::Rgb;
 use crate::output::{MAX_PIXELS, read_exr_bytes, read_png_bytes, read_png_opacity_bytes};
 use crate::texture::Encoding;
+
+/// From the texture coordinates of glTF and Mitsuba, whose pictures have their first row at `v = 0`, to those here, where it is at `v = 1`.
+pub(super) const UPRIGHT: DAffine2 =
+    DAffine2 { matrix2: DMat2 { x_axis: DVec2::X, y_axis: DVec2::NEG_Y }, translation: DVec2::Y };
 
 const KIND: &str = "a picture (EXR, PNG or JPEG)";
 

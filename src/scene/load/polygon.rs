@@ -5,6 +5,11 @@ use crate::math::{DVec3, Vec3};
 /// The most corners a concave polygon may have: the time to clip ears grows with their square or faster.
 pub(super) const MAX_CONCAVE: usize = 1024;
 
+/// Why [`triangulate`] refuses a polygon.
+pub(super) fn too_concave() -> String {
+    format!("concave face of more than {MAX_CONCAVE} vertices; allowed: cut it into smaller ones")
+}
+
 /// The triangles of a polygon as indices into `corners`, wound as it is; none for a concave polygon of more than
 /// [`MAX_CONCAVE`] corners.
 ///

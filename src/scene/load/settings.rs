@@ -2,11 +2,10 @@
 
 use super::super::{CameraDesc, FilmDesc, RenderDesc, SceneError};
 use super::access::Limits;
-use super::fields::{Allowed, COORDINATE, Field, Fields, MAX_COORDINATE, Names, POSITIVE};
+use super::fields::{Allowed, COORDINATE, FIELD_OF_VIEW, Field, Fields, MAX_COORDINATE, Names, POSITIVE};
 use crate::camera::PixelFilter;
 use crate::math::Vec3;
 
-const FOV: Allowed = Allowed { text: "degrees above 0 and below 180", holds: |x| x > 0.0 && x < 180.0 };
 const ALPHA: Allowed = Allowed { text: "a number above 0, up to 1", holds: |x| x > 0.0 && x <= 1.0 };
 const LENS_RADIUS: Allowed =
     Allowed { text: "a number from 0, a pinhole, to 1.8e18", holds: |x| (0.0..=MAX_COORDINATE).contains(&x) };
@@ -68,7 +67,7 @@ pub(super) fn camera(root: &Fields) -> Result<CameraDesc, SceneError> {
     let pinhole = CameraDesc::pinhole(
         table.required("position", "three numbers")?.vec3(&COORDINATE)?,
         table.required("look_at", "three numbers")?.vec3(&COORDINATE)?,
-        table.required("fov", FOV.text)?.f32(&FOV)?,
+        table.required("fov", FIELD_OF_VIEW.text)?.f32(&FIELD_OF_VIEW)?,
     );
     let number =
         |name, default, allowed| table.optional(name).map_or(Ok(default), |field| field.f32(allowed));

@@ -7,6 +7,7 @@ use gltf::material::AlphaMode;
 use gltf::texture::Info;
 
 use super::super::super::{Material, Textures};
+use super::super::pictures::UPRIGHT;
 use super::textures::{self, Picture, Pictures};
 use crate::bsdf::{Bsdf, Ggx, Interface, Plastic, RoughSurface};
 use crate::math::Rgb;
@@ -16,7 +17,6 @@ use crate::texture::{Encoding, Texture};
 const USUAL_IOR: f32 = 1.5;
 /// Rougher coats hardly mirror: they are left out.
 const ROUGHEST_COAT: f32 = 0.2;
-const LEAST_ALPHA: f32 = 1e-3;
 /// Pictures whose values differ by less are the same everywhere.
 const EVEN: f32 = 0.01;
 
@@ -62,7 +62,7 @@ impl Materials {
     /// From the texture coordinates of meshes to those that a material's pictures are looked up by; none where it has no pictures.
     pub fn to_uv(&self, number: u32) -> Option<DAffine2> {
         let number = number as usize;
-        (self.list[number].textures != Textures::NONE).then(|| textures::UPRIGHT * self.to_uv[number])
+        (self.list[number].textures != Textures::NONE).then(|| UPRIGHT * self.to_uv[number])
     }
 }
 
@@ -105,7 +105,7 @@ impl Look<'_> {
         // What modellers call roughness is the root of the facets'.
         let constant = roughness * roughness;
         let pictured = self.textures.roughness.as_ref().map(|texture| texture.max().x);
-        let alpha = pictured.or((constant >= LEAST_ALPHA).then_some(constant));
+        let alpha = pictured.or((constant >= Ggx::LEAST_ALPHA).then_some(constant));
         let facets = alpha.map(|alpha| Ggx { alpha });
         let rough = |facets, interface| Bsdf::Rough(RoughSurface { facets, interface });
         let is_solid = || material.volume().is_some_and(|volume| volume.thickness_factor() > 0.0);

@@ -192,13 +192,7 @@ impl<'a> Parts<'a> {
         let mut geometry = self.geometry(primitive).map_err(told)?;
         let n_triangles = geometry.triangles.len();
         self.triangles += n_triangles as u64;
-        let most = self.reader.limits().triangles;
-        if self.triangles > most {
-            let n = self.triangles;
-            return Err(self.error(format!(
-                "{name}: with it the meshes have {n} triangles; allowed in the sandbox: {most}"
-            )));
-        }
+        self.reader.limits().check_triangles(self.triangles).map_err(told)?;
         if n_triangles == 0 {
             self.tell(&format!("{name}: has no triangles; the picture lacks it"));
             return Ok(());
@@ -311,22 +305,16 @@ impl<'a> Parts<'a> {
         }
         let position = to_world.map(DVec3::ZERO).as_vec3();
         let along = to_world.vector(DVec3::NEG_Z).normalize_or(DVec3::NEG_Z).as_vec3();
+        let has_place = !matches!(light.kind(), Kind::Directional);
+        if has_place && !is_traceable(position) {
+            let reason = format!("{name}: stands at {position}; allowed: coordinates up to 1.8e18");
+            return Err(self.error(reason));
+        }
         match light.kind() {
-            Kind::Point if is_traceable(position) => {
-                self.point_lights.push(PointLightDesc { position, intensity })
-            }
-            Kind::Point => {
-                return Err(
-                    self.error(format!("{name}: stands at {position}; allowed: coordinates up to 1.8e18"))
-                );
-            }
+            Kind::Point => self.point_lights.push(PointLightDesc { position, intensity }),
             Kind::Spot { inner_cone_angle, outer_cone_angle } => {
                 let outer = outer_cone_angle.clamp(1e-3, std::f32::consts::PI);
                 let inner = inner_cone_angle.clamp(0.0, outer);
-                if !is_traceable(position) {
-                    return Err(self
-                        .error(format!("{name}: stands at {position}; allowed: coordinates up to 1.8e18")));
-                }
                 self.tell(&format!(
                     "{name}: its light fades evenly with the angle, rather than with its cosine, squared"
                 ));

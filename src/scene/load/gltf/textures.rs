@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use glam::{DAffine2, DVec2};
+use glam::DAffine2;
 use gltf::image::Source;
 use gltf::texture::{Info, MagFilter, WrappingMode};
 
@@ -13,10 +13,6 @@ use super::buffers::{self, Buffers};
 use crate::film::Image;
 use crate::math::Rgb;
 use crate::texture::{Encoding, Texture};
-
-/// From the texture coordinates of glTF, whose pictures have their first row at `v = 0`, to those here, where it is at `v = 1`.
-pub(super) const UPRIGHT: DAffine2 =
-    DAffine2 { matrix2: glam::DMat2 { x_axis: DVec2::X, y_axis: DVec2::NEG_Y }, translation: DVec2::Y };
 
 /// What reading pictures takes.
 #[derive(Clone, Copy)]

@@ -145,7 +145,7 @@ impl Choice<'_> {
     /// Walter, Marschner, Li and Torrance, EGSR 2007, section 5.2: `α² = 2 / (Ns + 2)`.
     fn glossy(&mut self) -> Bsdf {
         let ns = self.m.ns.filter(|ns| *ns >= 0.0).unwrap_or(0.0);
-        let facets = self.facets().unwrap_or(Ggx { alpha: (2.0 / (ns + 2.0)).sqrt().max(LEAST_ROUGHNESS) });
+        let facets = self.facets().unwrap_or(Ggx { alpha: (2.0 / (ns + 2.0)).sqrt().max(Ggx::LEAST_ALPHA) });
         self.tell(&format!(
             "Ks above Kd: metal of reflectance Ks and roughness {}; Kd is not used",
             facets.alpha
@@ -167,12 +167,10 @@ impl Choice<'_> {
     fn facets(&mut self) -> Option<Ggx> {
         let pr = self.m.pr.filter(|pr| *pr > 0.0)?;
         let alpha = (pr * pr).min(1.0);
-        (alpha >= LEAST_ROUGHNESS).then_some(Ggx { alpha })
+        (alpha >= Ggx::LEAST_ALPHA).then_some(Ggx { alpha })
     }
 }
 
-/// Smoother ones are smooth.
-const LEAST_ROUGHNESS: f32 = 1e-3;
 /// The largest index of a coat.
 const MOST_COAT: f32 = 10.0;
 

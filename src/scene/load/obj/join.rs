@@ -1,10 +1,10 @@
-//! From corners, each with a position and a normal of its own, to vertices that have one of each.
+//! From corners, each with a position, a normal and texture coordinates of its own, to vertices that have one of each.
 
 use std::collections::BTreeMap;
 
 use crate::math::{Vec2, Vec3};
 
-/// The corner of a face: numbers from 1 of a position and of a normal, 0 for no normal.
+/// The corner of a face: numbers from 1 of what it has, 0 for what it has not.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Corner {
     pub position: u32,

@@ -6,7 +6,7 @@ use super::values::Values;
 use crate::math::{Vec2, Vec3};
 use crate::scene::load::fields::COORDINATE;
 use crate::scene::load::geometry::{Geometry, is_traceable};
-use crate::scene::load::polygon::{MAX_CONCAVE, triangulate};
+use crate::scene::load::polygon::{too_concave, triangulate};
 
 /// What a property of a vertex or a face is read for.
 #[derive(Clone, Copy)]
@@ -143,10 +143,7 @@ impl<'h, V: Values> Body<'h, V> {
     fn polygon(&mut self) -> Result<(), Fault> {
         let corners: Vec<Vec3> = self.ring.iter().map(|&i| self.geometry.vertices[i as usize]).collect();
         let Some(cut) = triangulate(&corners) else {
-            let reason = format!(
-                "concave face of more than {MAX_CONCAVE} vertices; allowed: cut it into smaller ones"
-            );
-            return Err(self.values.fault(reason));
+            return Err(self.values.fault(too_concave()));
         };
         self.geometry.triangles.extend(cut.into_iter().map(|triangle| triangle.map(|i| self.ring[i])));
         Ok(())

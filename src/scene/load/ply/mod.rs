@@ -10,7 +10,7 @@ use self::body::Body;
 use self::header::{Format, Header};
 use self::values::{Ascii, Binary};
 use super::super::SceneError;
-use super::geometry::Geometry;
+use super::geometry::{Geometry, NO_FACE};
 use super::source::file_error;
 
 /// Reads the bytes of a PLY file.
@@ -29,8 +29,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Geometry, SceneError> {
         None => file_error(path, fault.reason),
     })?;
     if geometry.triangles.is_empty() {
-        let reason = "empty mesh: it has no face of 3 or more vertices; at least one is needed";
-        return Err(file_error(path, reason));
+        return Err(file_error(path, NO_FACE));
     }
     Ok(geometry)
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::super::super::{LightDesc, PointLightDesc, SceneError};
-use super::super::fields::{Allowed, COORDINATE, NON_NEGATIVE, POSITIVE};
+use super::super::fields::{CONE_ANGLE, COORDINATE, NON_NEGATIVE, POSITIVE};
 use super::super::geometry::Motion;
 use super::element::Element;
 use super::object::{Context, Object};
@@ -83,9 +83,7 @@ impl Lights {
 
 /// Shines along +z.
 fn spot(object: &Object) -> Result<LightDesc, SceneError> {
-    const ANGLE: Allowed =
-        Allowed { text: "degrees above 0 and up to 180", holds: |x| x > 0.0 && x <= 180.0 };
-    let outer = object.f64("cutoff_angle", 20.0, &ANGLE)?;
+    let outer = object.f64("cutoff_angle", 20.0, &CONE_ANGLE)?;
     let inner = object.f64("beam_width", 0.75 * outer, &NON_NEGATIVE)?;
     if inner > outer {
         return Err(

@@ -8,8 +8,8 @@ use super::super::super::Textures;
 use super::super::super::surface::geographic;
 use super::super::affine::Affine;
 use super::super::geometry::Geometry;
+use super::super::pictures::UPRIGHT;
 use super::bsdfs::Surface;
-use super::textures;
 use crate::math::{DVec3, Rgb, Vec2};
 
 /// What a shape looks like.
@@ -27,8 +27,8 @@ impl Look {
     /// The coordinates that show the same part of the pictures here. Where they are the same, and without pictures, they stay as
     /// they are, bit by bit. Mitsuba turns those of OBJ files over by itself.
     pub fn upright(&self, geometry: Geometry, kind: &str) -> Geometry {
-        let turned = if kind == "obj" { textures::UPRIGHT } else { DAffine2::IDENTITY };
-        let map = textures::UPRIGHT * self.surface.to_uv * turned;
+        let turned = if kind == "obj" { UPRIGHT } else { DAffine2::IDENTITY };
+        let map = UPRIGHT * self.surface.to_uv * turned;
         if !self.has_pictures() || map == DAffine2::IDENTITY {
             return geometry;
         }
@@ -41,7 +41,7 @@ impl Look {
         let is_same = |dir: DVec3| {
             let local = to_world.0.matrix3.inverse() * dir;
             let theirs = DVec2::new(local.y.atan2(local.x) / TAU, (local.normalize_or_zero().z).acos() / PI);
-            let theirs = (textures::UPRIGHT * self.surface.to_uv).transform_point2(theirs);
+            let theirs = (UPRIGHT * self.surface.to_uv).transform_point2(theirs);
             let apart = theirs - geographic(dir.normalize().as_vec3()).as_dvec2();
             (apart - apart.round()).abs().max_element() < 1e-4
         };

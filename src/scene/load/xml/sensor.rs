@@ -1,7 +1,7 @@
 //! `<sensor>` and its `<film>`: where the picture is taken from, and its pixels.
 
 use super::super::super::{CameraDesc, FilmDesc, SceneError};
-use super::super::fields::{Allowed, COORDINATE, FINITE, POSITIVE};
+use super::super::fields::{COORDINATE, FIELD_OF_VIEW, FINITE, POSITIVE};
 use super::super::geometry::Motion;
 use super::super::settings;
 use super::element::Element;
@@ -99,9 +99,8 @@ fn view(object: &Object) -> Result<LookAt, SceneError> {
 
 /// The horizontal full angle in degrees, for a picture `aspect` times as wide as high.
 fn field_of_view(object: &Object, aspect: f64) -> Result<f32, SceneError> {
-    const ANGLE: Allowed = Allowed { text: "degrees above 0 and below 180", holds: |x| x > 0.0 && x < 180.0 };
     let half_tangent = |degrees: f64| (0.5 * degrees).to_radians().tan();
-    let fov = object.optional_f64("fov", &ANGLE)?;
+    let fov = object.optional_f64("fov", &FIELD_OF_VIEW)?;
     let axis = object.choice("fov_axis", "x", &["x", "y", "diagonal", "smaller", "larger"])?;
     let focal_length = object.string("focal_length")?;
     let diagonal = |tangent: f64| tangent / (1.0 + 1.0 / (aspect * aspect)).sqrt();

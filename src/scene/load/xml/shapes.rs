@@ -168,15 +168,10 @@ impl Shapes {
         const COST: u64 = 64;
         /// Memory is looked at whenever so many more have come.
         const STEP: u64 = 1 << 20;
-        let (before, most) = (self.triangles, object.context.reader.limits().triangles);
+        let before = self.triangles;
         self.triangles += n;
-        if self.triangles > most {
-            let reason = format!(
-                "with it the meshes have {} triangles; allowed in the sandbox: {most}",
-                self.triangles
-            );
-            return Err(object.error(reason));
-        }
+        let counted = object.context.reader.limits().check_triangles(self.triangles);
+        counted.map_err(|reason| object.error(reason))?;
         if self.triangles / STEP > before / STEP {
             input::check_memory(COST * self.triangles)
                 .map_err(|e| object.error(format!("too many triangles: {e}")))?;

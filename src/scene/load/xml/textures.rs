@@ -1,15 +1,11 @@
 //! `<texture type="bitmap">`: pictures on surfaces, and where on them they lie.
 
-use glam::{DAffine2, DMat2, DVec2};
+use glam::DAffine2;
 
 use super::super::super::SceneError;
 use super::element::Element;
 use super::object::{Context, Object};
 use crate::texture::{Encoding, Texture};
-
-/// From Mitsuba's texture coordinates to those here: its pictures have their first row at `v = 0`, and here it is at `v = 1`.
-pub(super) const UPRIGHT: DAffine2 =
-    DAffine2 { matrix2: DMat2 { x_axis: DVec2::X, y_axis: DVec2::NEG_Y }, translation: DVec2::Y };
 
 /// A picture, and the map of texture coordinates before it is looked up.
 pub(super) struct Bitmap {
