@@ -134,11 +134,7 @@ impl Draft {
 
     fn take_axis(&mut self, axis: &Entry, place: &Place) -> Result<(), BatchError> {
         let flag = normal(&axis.key);
-        let values: Option<Vec<String>> = match &axis.value {
-            Value::List(items) => items.iter().map(Value::as_text).collect(),
-            single => single.as_text().map(|text| vec![text]),
-        };
-        match values.filter(|values| !values.is_empty()) {
+        match axis.value.as_texts().filter(|values| !values.is_empty()) {
             Some(values) => self.add_axis(Axis { flag, values }),
             None => {
                 return Err(
@@ -217,10 +213,6 @@ fn allowed(kind: Kind) -> &'static str {
 
 /// `None` for what the flag does not take; a switch that is off is no setting.
 fn setting(kind: Kind, value: &Value) -> Option<Option<Vec<String>>> {
-    let all = |value: &Value| match value {
-        Value::List(items) => items.iter().map(Value::as_text).collect(),
-        single => single.as_text().map(|text| vec![text]),
-    };
     match kind {
         Kind::Switch => match value.as_text()?.as_str() {
             "true" => Some(Some(Vec::new())),
@@ -228,7 +220,7 @@ fn setting(kind: Kind, value: &Value) -> Option<Option<Vec<String>>> {
             _ => None,
         },
         Kind::Value => Some(Some(vec![value.as_text()?])),
-        Kind::Commas => Some(Some(vec![all(value)?.join(",")])),
-        Kind::Repeated => Some(Some(all(value)?).filter(|values| !values.is_empty())),
+        Kind::Commas => Some(Some(vec![value.as_texts()?.join(",")])),
+        Kind::Repeated => Some(Some(value.as_texts()?).filter(|values| !values.is_empty())),
     }
 }

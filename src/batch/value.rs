@@ -31,6 +31,14 @@ impl Value {
         }
     }
 
+    /// The items of a list, or one value for itself; `None` where one is a list or a table.
+    pub fn as_texts(&self) -> Option<Vec<String>> {
+        match self {
+            Value::List(items) => items.iter().map(Value::as_text).collect(),
+            single => single.as_text().map(|text| vec![text]),
+        }
+    }
+
     /// Of a value of TOML; `line` says where a byte of the file stands. Dates are text.
     pub fn of_toml(value: &DeValue, line: &dyn Fn(usize) -> usize) -> Value {
         match value {

@@ -4,7 +4,8 @@ use std::path::Path;
 
 use rusqlite::{Transaction, named_params, params};
 
-use super::{Change, FileHash, Job, State, Verdict};
+use super::super::{Change, FileHash, Job, Verdict};
+use super::State;
 
 fn json(value: &impl serde::Serialize) -> String {
     serde_json::json!(value).to_string()

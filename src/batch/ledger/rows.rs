@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use super::{Job, Settings, Verdict};
+use super::super::{Job, Settings, Verdict};
 
 /// How far a job is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -33,7 +33,7 @@ impl State {
         }
     }
 
-    pub(super) fn after(verdict: &Verdict) -> State {
+    pub(in super::super) fn after(verdict: &Verdict) -> State {
         match verdict {
             Verdict::Done(_) => State::Done,
             Verdict::Failed { .. } | Verdict::Died { again: false, .. } => State::Failed,
