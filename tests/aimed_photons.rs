@@ -1,16 +1,15 @@
 //! Photons aimed at glass bring the caustics that natural photons bring, and bring them sooner.
 #![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
 
-use std::fs;
+mod common;
 
 use caustica::effects::PathClass;
 use caustica::math::mean;
 use caustica::ppm::{
     Aiming, Kinds, Ledger, Mixture, PhotonBudget, PhotonPass, RadiusPolicy, Render, Settings,
 };
-use caustica::scene::{self, Scene};
-
-mod common;
+use caustica::scene::Scene;
+use common::{mean_and_error, scene_of};
 
 /// A glass ball of a twentieth of its room and a ball of the course's material under a lamp and a point: each gets some 4e-4
 /// of the light.
@@ -59,13 +58,6 @@ corners = [[-10, 0, -10], [10, 0, -10], [10, 20, -10], [-10, 20, -10]]
 material = "grey"
 "#;
 
-fn room() -> Scene {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("room.toml");
-    fs::write(&path, ROOM).unwrap();
-    Scene::new(scene::load(&path).unwrap()).unwrap()
-}
-
 fn settings(scene: &Scene, photons: u64, aiming: Aiming) -> Settings {
     let policy = RadiusPolicy::Fixed;
     Settings {
@@ -76,14 +68,6 @@ fn settings(scene: &Scene, photons: u64, aiming: Aiming) -> Settings {
         eye_seed: Some(1),
         ..Settings::of_scene(scene.render())
     }
-}
-
-/// The mean of independent numbers and its standard error.
-fn estimate(values: &[f64]) -> (f64, f64) {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
-    (mean, (squares / (n * (n - 1.0))).sqrt())
 }
 
 /// The mean brightness of a layer in renders of some passes.
@@ -102,9 +86,9 @@ fn brightness(scene: &Scene, settings: Settings, class: PathClass, renders: u64)
 
 #[test]
 fn aimed_photons_bring_the_same_caustics_with_less_noise() {
-    let scene = room();
+    let scene = scene_of(ROOM);
     let of = |aiming, photons, renders| {
-        estimate(&brightness(&scene, settings(&scene, photons, aiming), PathClass::Caustic, renders))
+        mean_and_error(&brightness(&scene, settings(&scene, photons, aiming), PathClass::Caustic, renders))
     };
     let (natural, natural_error) = of(Aiming::Photons(0), 200_000, 40);
     for aimed in [25_000, 100_000, 180_000] {
@@ -119,9 +103,10 @@ fn aimed_photons_bring_the_same_caustics_with_less_noise() {
 /// They come from natural photons alone, of which there are fewer.
 #[test]
 fn indirect_light_stays() {
-    let scene = room();
-    let of =
-        |aiming| estimate(&brightness(&scene, settings(&scene, 50_000, aiming), PathClass::Indirect, 16));
+    let scene = scene_of(ROOM);
+    let of = |aiming| {
+        mean_and_error(&brightness(&scene, settings(&scene, 50_000, aiming), PathClass::Indirect, 16))
+    };
     let ((natural, natural_error), (mixed, mixed_error)) =
         (of(Aiming::Photons(0)), of(Aiming::Photons(25_000)));
     let off = (mixed - natural) / natural_error.hypot(mixed_error);
@@ -131,7 +116,7 @@ fn indirect_light_stays() {
 /// Byte for byte.
 #[test]
 fn without_aimed_photons_nothing_changes() {
-    let scene = room();
+    let scene = scene_of(ROOM);
     let settings = settings(&scene, 20_000, Aiming::Photons(0));
     let batch = PhotonPass::default().trace(&scene, &settings, 3).clone();
     let mut pass = PhotonPass::default();
@@ -144,7 +129,7 @@ fn without_aimed_photons_nothing_changes() {
 /// The natural photons of a mixture fly as they do alone: only what caustics weigh differs.
 #[test]
 fn natural_photons_fly_as_ever() {
-    let scene = room();
+    let scene = scene_of(ROOM);
     let settings = settings(&scene, 20_480, Aiming::Photons(0));
     let alone = PhotonPass::default().trace(&scene, &settings, 3).clone();
     let aim = caustica::light::Aim::new(scene.lights(), &scene.casters()).unwrap();
@@ -166,7 +151,7 @@ fn natural_photons_fly_as_ever() {
 
 #[test]
 fn the_trial_aims_where_it_pays() {
-    let scene = room();
+    let scene = scene_of(ROOM);
     let render = Render::new(&scene, settings(&scene, 100_000, Aiming::Auto));
     let aim = render.setup().aim.unwrap();
     assert_eq!(aim.balls, 2);
@@ -179,7 +164,7 @@ fn the_trial_aims_where_it_pays() {
 /// Whatever the trial decides and the passes bring.
 #[test]
 fn threads_do_not_matter() {
-    let scene = room();
+    let scene = scene_of(ROOM);
     let rendered = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {

@@ -7,13 +7,12 @@ use std::fs;
 use std::path::Path;
 
 use assert_cmd::Command;
-use caustica::effects::PathClass;
-use caustica::effects::{EyePaths, PathClasses, Plan};
+use caustica::effects::{EyePaths, PathClass, PathClasses, Plan};
 use caustica::film::Image;
 use caustica::math::{DVec3, Rgb};
 use caustica::ppm::{ErrorEstimates, Precision, RadiusPolicy, Render, Settings};
-use caustica::scene::{self, PixelFilter, Scene, SceneDesc};
-use common::{block_estimate, desc, path_traced, photon_mapped, scene_at, settings};
+use caustica::scene::{PixelFilter, Scene, SceneDesc};
+use common::{block_estimate, desc, desc_of, path_traced, photon_mapped, scene_at, settings};
 
 fn with(settings: Settings, eye_paths: EyePaths, samples: u32) -> Settings {
     Settings { eye_paths: Some(eye_paths), samples, ..settings }
@@ -48,8 +47,6 @@ fn fixed_and_retraced_paths_find_the_same_light() {
 
 /// A lamp that fills half of the view, out of focus.
 fn lamp_edge(filter: PixelFilter, lens_radius: f32) -> SceneDesc {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("s.toml");
     let text = "\
 [film]
 width = 16
@@ -68,8 +65,7 @@ emission = [1, 1, 1]
 corners = [[0.03, -99, -2.5], [99, -99, -2.5], [99, 99, -2.5], [0.03, 99, -2.5]]
 material = \"lamp\"
 ";
-    fs::write(&path, text).unwrap();
-    let mut desc = scene::load(&path).unwrap();
+    let mut desc = desc_of(text);
     (desc.film.filter, desc.camera.lens_radius) = (filter, lens_radius);
     desc
 }

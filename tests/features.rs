@@ -1,6 +1,8 @@
 //! What pictures tell about the surfaces that are seen first.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a panic is how a test fails")]
 
+mod common;
+
 use std::fs;
 
 use assert_cmd::Command;
@@ -8,7 +10,7 @@ use caustica::film::Image;
 use caustica::math::{Rgb, Vec3};
 use caustica::output::read_exr_layer;
 use caustica::ppm::{Features, Render, Settings};
-use caustica::scene::{self, Scene};
+use common::scene_of;
 
 /// The camera stands 3 above a red floor, which slopes as z = -y, and looks along -z: its depth is `3 / (1/1 + slope)`.
 const SLOPE: &str = r#"
@@ -64,13 +66,6 @@ center = [3, 0, 0]
 radius = 1
 material = "water"
 "#;
-
-fn scene_of(text: &str) -> Scene {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("scene.toml");
-    fs::write(&path, text).unwrap();
-    Scene::new(scene::load(&path).unwrap()).unwrap()
-}
 
 fn features_of(text: &str, passes: u32) -> Features {
     let scene = scene_of(text);

@@ -1,14 +1,13 @@
 //! Guided photons bring the light that natural photons bring, and bring it sooner where that hardly arrives.
 #![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
 
-use std::fs;
+mod common;
 
 use caustica::effects::PathClass;
 use caustica::math::mean;
 use caustica::ppm::{Aiming, GuidePlan, Guiding, Kinds, PassStatistics, RadiusPolicy, Render, Settings};
-use caustica::scene::{self, Scene};
-
-mod common;
+use caustica::scene::Scene;
+use common::{mean_and_error, scene_of};
 
 /// A closed room with a glass ball and a window, a lamp and a point outside: some photons in a thousand arrive, most of them straight
 /// through the window, others by the ground before it.
@@ -66,13 +65,6 @@ corners = [[5, 3, 1], [5, 3, 5], [5, 5, 5], [5, 5, 1]]
 material = "grey"
 "#;
 
-fn keyhole() -> Scene {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("keyhole.toml");
-    fs::write(&path, KEYHOLE).unwrap();
-    Scene::new(scene::load(&path).unwrap()).unwrap()
-}
-
 fn settings(scene: &Scene, guiding: Guiding) -> Settings {
     Settings {
         photons: 40_000,
@@ -89,14 +81,6 @@ fn plan(render: &Render) -> GuidePlan {
     render.setup().guide.unwrap()
 }
 
-/// The mean of independent numbers and its standard error.
-fn estimate(values: &[f64]) -> (f64, f64) {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
-    (mean, (squares / (n * (n - 1.0))).sqrt())
-}
-
 /// The brightness of caustics and of indirect light in renders of two passes.
 fn brightness(scene: &Scene, settings: Settings, renders: u64) -> [(f64, f64); 2] {
     let one = |seed| {
@@ -111,13 +95,13 @@ fn brightness(scene: &Scene, settings: Settings, renders: u64) -> [(f64, f64); 2
         })
     };
     let all: Vec<[f64; 2]> = (0..renders).map(one).collect();
-    [0, 1].map(|class| estimate(&all.iter().map(|of| of[class]).collect::<Vec<_>>()))
+    [0, 1].map(|class| mean_and_error(&all.iter().map(|of| of[class]).collect::<Vec<_>>()))
 }
 
 /// Of either kind, so each path belongs to one; with photons that are aimed at the ball as well.
 #[test]
 fn guided_photons_bring_the_same_light_with_less_noise() {
-    let scene = keyhole();
+    let scene = scene_of(KEYHOLE);
     let natural = brightness(&scene, settings(&scene, Guiding::Off), 48);
     for aimed in [0, 10_000] {
         let mixed = Settings { caustic_photons: Aiming::Photons(aimed), ..settings(&scene, Guiding::On) };
@@ -133,7 +117,7 @@ fn guided_photons_bring_the_same_light_with_less_noise() {
 
 #[test]
 fn all_photons_together_carry_what_the_lights_emit() {
-    let scene = keyhole();
+    let scene = scene_of(KEYHOLE);
     let mut render = Render::new(&scene, settings(&scene, Guiding::On));
     assert!(plan(&render).share > 0.0);
     let flux = mean(scene.lights().flux());
@@ -141,14 +125,14 @@ fn all_photons_together_carry_what_the_lights_emit() {
         photons.flux.emitted.element_sum() / 3.0 / photons.emitted as f64
     };
     let emitted: Vec<f64> = (0..8).map(|_| emitted(render.pass()) / f64::from(flux)).collect();
-    let (all, error) = estimate(&emitted);
+    let (all, error) = mean_and_error(&emitted);
     // Every cell of starts gets as many photons as its probability says, to one.
     assert!((all - 1.0).abs() < 4.0 * error + 1e-5 && error < 1e-3, "{all} ± {error}");
 }
 
 #[test]
 fn the_trial_guides_where_light_hardly_arrives() {
-    let scene = keyhole();
+    let scene = scene_of(KEYHOLE);
     let render = Render::new(&scene, settings(&scene, Guiding::Auto));
     let GuidePlan { share, arriving, guided_arriving, gain, .. } = plan(&render);
     assert!(
@@ -184,7 +168,7 @@ fn where_light_arrives_nothing_changes() {
 /// Whatever the trial decides and the passes bring, with aimed photons and without.
 #[test]
 fn threads_do_not_matter() {
-    let scene = keyhole();
+    let scene = scene_of(KEYHOLE);
     let rendered = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
@@ -204,7 +188,7 @@ fn threads_do_not_matter() {
 
 #[test]
 fn a_render_goes_on_with_the_guide_that_it_had() {
-    let scene = keyhole();
+    let scene = scene_of(KEYHOLE);
     let settings = settings(&scene, Guiding::Auto);
     let (mut whole, mut first) = (Render::new(&scene, settings), Render::new(&scene, settings));
     assert!(plan(&whole).share > 0.0);

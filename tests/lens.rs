@@ -7,9 +7,9 @@ use std::f64::consts::PI;
 
 use caustica::film::Image;
 use caustica::ppm::{Render, Settings};
-use caustica::reference::{Estimator, Method};
-use caustica::scene::{self, PixelFilter, Scene, SceneDesc};
-use common::settings;
+use caustica::reference::Method;
+use caustica::scene::{PixelFilter, Scene, SceneDesc};
+use common::{desc_of, estimated, settings};
 
 const WIDTH: usize = 16;
 const HEIGHT: usize = 4;
@@ -35,10 +35,7 @@ diffuse = { albedo = [0.5, 0.5, 0.5] }
 ";
 
 fn desc(objects: &str, filter: PixelFilter, lens_radius: f32) -> SceneDesc {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("s.toml");
-    std::fs::write(&path, format!("{CAMERA}{objects}")).unwrap();
-    let mut desc = scene::load(&path).unwrap();
+    let mut desc = desc_of(&format!("{CAMERA}{objects}"));
     assert!((desc.camera.focus_distance - FOCUS).abs() < 1e-6);
     (desc.film.filter, desc.camera.lens_radius) = (filter, lens_radius);
     desc
@@ -79,12 +76,6 @@ fn disc_share(x: f64, radius: f64) -> f64 {
     0.5 + (s * (1.0 - s * s).sqrt() + s.asin()) / PI
 }
 
-fn estimated(scene: &Scene, method: Method, samples: u32) -> (Image, Image) {
-    let mut estimator = Estimator::new(scene, method, 1);
-    (0..samples).for_each(|_| estimator.add_sample());
-    (estimator.picture(), estimator.standard_error())
-}
-
 /// The mean of each column, of the red channel.
 fn columns(image: &Image) -> Vec<f64> {
     let column = |x| (0..HEIGHT).map(|y| f64::from(image.get(x, y).x)).sum::<f64>() / HEIGHT as f64;
@@ -98,7 +89,7 @@ fn an_edge_is_as_blurred_as_lens_and_filter_say() {
         for (radius, depth) in [(0.0, 2.0), (0.5, 5.0), (0.5, 2.5), (0.4, 20.0)] {
             let scene = Scene::new(desc(&half_plane("lamp", depth), filter, radius)).unwrap();
             let disc = f64::from(radius * (1.0 / depth - 1.0 / FOCUS).abs()) * 16.0;
-            let path = columns(&estimated(&scene, Method::Path, 4000).0);
+            let path = columns(&estimated(&scene, Method::Path, 4000, 1).0);
             let eye = columns(&Render::new(&scene, settings(&scene)).direct_picture());
             for x in 0..WIDTH {
                 let expected = coverage(x as f64 + 0.5 - 8.0, filter, disc);
@@ -118,8 +109,8 @@ fn light_tracing_sees_through_lens_and_filter_what_path_tracing_sees() {
     {
         let objects = half_plane("paper", 2.5) + &half_plane("paper", 3.5).replace("[0,", "[-99,") + light;
         let scene = Scene::new(desc(&objects, filter, radius)).unwrap();
-        let pictures =
-            [(Method::Path, 2000), (Method::Light, 20_000)].map(|(method, n)| estimated(&scene, method, n));
+        let pictures = [(Method::Path, 2000), (Method::Light, 20_000)]
+            .map(|(method, n)| estimated(&scene, method, n, 1));
         let [path, traced] = pictures.each_ref().map(|(mean, _)| columns(mean));
         // Splats of a path are correlated within a column.
         let [of_path, of_light] = pictures.each_ref().map(|(_, stderr)| columns(stderr));
@@ -146,7 +137,7 @@ fn a_furnace_knows_no_lens() {
         + "[material.wall]\ndiffuse = { albedo = [0.5, 0.5, 0.5] }\nemission = [1, 1, 1]\n";
     for (filter, radius) in [(PixelFilter::Gaussian, 0.0), (PixelFilter::Box, 0.9)] {
         let scene = Scene::new(desc(&room, filter, radius)).unwrap();
-        let path = estimated(&scene, Method::Path, 4000).0;
+        let path = estimated(&scene, Method::Path, 4000, 1).0;
         let settings = Settings { samples: 16, photons: 20_000, radius: Some(0.3), ..settings(&scene) };
         let mapped = common::photon_mapped(&scene, settings, 40);
         for image in [path, mapped] {

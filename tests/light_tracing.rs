@@ -11,34 +11,18 @@ use caustica::film::Image;
 use caustica::math::{Rgb, Vec2, Vec3};
 use caustica::ppm::Settings;
 use caustica::reference::{Method, share_seen_specular};
-use caustica::scene::{
-    CameraDesc, FilmDesc, Material, Mesh, Places, PointLightDesc, RenderDesc, Scene, SceneDesc,
-};
+use caustica::scene::{CameraDesc, FilmDesc, Material, Places, PointLightDesc, RenderDesc, Scene, SceneDesc};
+use common::sheets::{BLACK, INTENSITY, sheet};
 use common::{
     block_estimate, blocks_seen_diffuse, desc, estimated, light_traced, path_traced, photon_mapped, scene_at,
     settings,
 };
 
-const INTENSITY: f32 = 1000.0;
 const LIGHT: Vec3 = Vec3::new(1.0, 6.0, -2.0);
 /// So little that light which bounces off the floor does not count.
 const ALBEDO: f32 = 1e-3;
-const BLACK: Bsdf = Bsdf::Diffuse { albedo: Rgb::ZERO };
 const REFLECTANCE: f32 = 0.8;
 const MIRROR_HEIGHT: f32 = 9.0;
-
-/// A large horizontal square at height `y`.
-fn sheet(y: f32, material: u32) -> Mesh {
-    let corner = |x: f32, z: f32| Vec3::new(x * 300.0, y, z * 300.0);
-    Mesh {
-        name: "sheet".into(),
-        vertices: vec![corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)],
-        normals: None,
-        uvs: None,
-        triangles: vec![[0, 1, 2], [0, 2, 3]],
-        materials: vec![material; 2],
-    }
-}
 
 /// A point light between a floor at y = 0 and a second sheet of material `above`, seen askew in a picture that is no
 /// square.
@@ -55,7 +39,7 @@ fn lit_floor(above: Bsdf) -> SceneDesc {
         render: RenderDesc { passes: 1, photons: 1, samples: 1, alpha: 0.7, radius: None, depth: 8 },
         materials: vec![material(Bsdf::Diffuse { albedo: Rgb::splat(ALBEDO) }), material(above)],
         spheres: vec![],
-        meshes: vec![sheet(0.0, 0), sheet(MIRROR_HEIGHT, 1)],
+        meshes: vec![sheet(0.0, 300.0, true, 0), sheet(MIRROR_HEIGHT, 300.0, true, 1)],
         point_lights: vec![PointLightDesc { position: LIGHT, intensity: Rgb::splat(INTENSITY) }],
         further_lights: vec![],
         warnings: vec![],

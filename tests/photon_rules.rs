@@ -1,86 +1,48 @@
 //! The rules that photon mappers get wrong, each against a closed form or a count that is known.
 #![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
 
+mod common;
+
 use std::f64::consts::PI;
 
 use caustica::bsdf::{Bsdf, DiffuseSampling};
-use caustica::math::{DVec3, Rgb, Vec3};
-use caustica::ppm::{PhotonBatch, PhotonPass, Render, Settings};
-use caustica::scene::{
-    CameraDesc, FilmDesc, Material, Mesh, Places, PointLightDesc, RenderDesc, Scene, SceneDesc,
+use caustica::math::Rgb;
+use caustica::ppm::{PhotonBatch, PhotonPass, Settings};
+use caustica::scene::{Material, Mesh, Scene};
+use common::settings;
+use common::sheets::{
+    INTENSITY, LIGHT_HEIGHT, NEARLY_BLACK, assert_close, over_floor, photon_irradiance, sheet,
 };
 
-const INTENSITY: f32 = 1000.0;
-const LIGHT_HEIGHT: f64 = 10.0;
 const GREY: Bsdf = Bsdf::Diffuse { albedo: Rgb::splat(0.5) };
-/// Light that bounces off it does not count.
-const NEARLY_BLACK: Bsdf = Bsdf::Diffuse { albedo: Rgb::splat(1e-3) };
 
 /// The photons of the first pass.
 fn traced(scene: &Scene, settings: &Settings) -> PhotonBatch {
     PhotonPass::default().trace(scene, settings, 0).clone()
 }
 
-/// A horizontal square at height `y`, seen from above along its normal (`up`) or from below.
-fn sheet(y: f32, half: f32, up: bool, material: u32) -> Mesh {
-    let corner = |x: f32, z: f32| Vec3::new(x * half, y, z * half);
-    let vertices = vec![corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)];
-    let triangles = if up { vec![[0, 1, 2], [0, 2, 3]] } else { vec![[0, 2, 1], [0, 3, 2]] };
-    Mesh { name: "sheet".into(), vertices, normals: None, uvs: None, triangles, materials: vec![material; 2] }
-}
-
-/// A point light over a floor at y = 0, and another sheet of material 1. The camera looks at the
-/// floor below the light, from just above it.
+/// Under a point light, with another sheet of another material.
 fn lit_floor(floor: Bsdf, other: Mesh, bsdf: Bsdf) -> Scene {
-    let material = |name: &str, bsdf| Material::plain(name, bsdf, Rgb::ZERO);
-    Scene::new(SceneDesc {
-        name: "floor".into(),
-        path: "floor.toml".into(),
-        film: FilmDesc::new(8, 8),
-        camera: CameraDesc { up: Vec3::Z, ..CameraDesc::pinhole(Vec3::new(0.0, 0.5, 0.0), Vec3::ZERO, 60.0) },
-        render: RenderDesc {
-            passes: 1,
-            photons: 2_000_000,
-            samples: 4,
-            alpha: 0.7,
-            radius: Some(1.0),
-            depth: 8,
-        },
-        materials: vec![material("floor", floor), material("other", bsdf)],
-        spheres: vec![],
-        meshes: vec![sheet(0.0, 200.0, true, 0), other],
-        point_lights: vec![PointLightDesc {
-            position: Vec3::new(0.0, LIGHT_HEIGHT as f32, 0.0),
-            intensity: Rgb::splat(INTENSITY),
-        }],
-        further_lights: vec![],
-        warnings: vec![],
-        places: Places::default(),
-    })
-    .unwrap()
+    let mut desc = over_floor(vec![Material::plain("other", bsdf, Rgb::ZERO)], vec![other]);
+    desc.materials[0].bsdf = floor;
+    desc.render.photons = 2_000_000;
+    Scene::new(desc).unwrap()
 }
 
 fn far_away() -> Mesh {
     sheet(-1e4, 1.0, true, 0)
 }
 
-/// Mean irradiance from photons over all hit points.
-fn photon_irradiance(scene: &Scene, passes: u32) -> f64 {
-    let mut render = Render::new(scene, Settings::of_scene(scene.render()));
-    (0..passes).for_each(|_| assert!(render.pass().photons.is_balanced()));
-    let sum: DVec3 = (0..render.hit_points().len()).map(|k| render.photon_irradiance(k)).sum();
-    sum.x / render.hit_points().len() as f64
-}
-
-fn assert_close(found: f64, expected: f64, tolerance: f64) {
-    assert!((found / expected - 1.0).abs() < tolerance, "{found} instead of {expected}");
+/// Of a render by the scene's settings.
+fn irradiance(scene: &Scene, passes: u32) -> f64 {
+    photon_irradiance(scene, settings(scene), passes).x
 }
 
 /// Light straight from the source is brought by shadow rays; its photons must not be stored as well.
 #[test]
 fn direct_light_is_not_stored() {
     let scene = lit_floor(GREY, far_away(), GREY);
-    let batch = traced(&scene, &Settings::of_scene(scene.render()));
+    let batch = traced(&scene, &settings(&scene));
     assert_eq!(batch.ledger.deposited, 0);
     assert!(batch.ledger.absorbed > 0 && batch.ledger.escaped > 0);
     assert_eq!(batch.ledger.emitted, 2_000_000, "photons that hit nothing count as emitted");
@@ -94,7 +56,7 @@ fn mirrored_light_has_the_irradiance_of_its_image() {
     let scene = lit_floor(NEARLY_BLACK, sheet(12.0, 200.0, false, 1), mirror);
     let image_height = 2.0 * 12.0 - LIGHT_HEIGHT;
     let expected = 0.8 * f64::from(INTENSITY) / (image_height * image_height);
-    assert_close(photon_irradiance(&scene, 10), expected, 0.02);
+    assert_close(irradiance(&scene, 10), expected, 0.02);
 }
 
 /// Light through a flat sheet of water at height h above the floor: right below the light it seems to come from
@@ -106,7 +68,7 @@ fn refracted_light_has_the_irradiance_of_its_apparent_height() {
     let scene = lit_floor(NEARLY_BLACK, sheet(h as f32, 200.0, true, 1), water);
     let apparent = LIGHT_HEIGHT - h + h / n;
     let expected = 0.7 * f64::from(INTENSITY) / (apparent * apparent);
-    assert_close(photon_irradiance(&scene, 10), expected, 0.02);
+    assert_close(irradiance(&scene, 10), expected, 0.02);
 }
 
 /// Both samplings of the bounce carry the same power off a surface: the mean power of the second deposit.
@@ -114,7 +76,7 @@ fn refracted_light_has_the_irradiance_of_its_apparent_height() {
 fn both_samplings_keep_the_energy_of_a_bounce() {
     let scene = lit_floor(GREY, sheet(20.0, 200.0, false, 1), GREY);
     let [cosine, uniform] = [DiffuseSampling::Cosine, DiffuseSampling::Uniform].map(|sampling| {
-        let settings = Settings { sampling, photons: 400_000, ..Settings::of_scene(scene.render()) };
+        let settings = Settings { sampling, photons: 400_000, ..settings(&scene) };
         let batch = traced(&scene, &settings);
         batch.photons().map(|p| f64::from(p.power.x)).sum::<f64>()
     });
@@ -128,7 +90,7 @@ fn both_samplings_keep_the_energy_of_a_bounce() {
 fn colour_of_a_bounce_is_the_albedo() {
     let red = Bsdf::Diffuse { albedo: Rgb::new(0.8, 0.4, 0.1) };
     let scene = lit_floor(GREY, sheet(20.0, 200.0, false, 1), red);
-    let batch = traced(&scene, &Settings::of_scene(scene.render()));
+    let batch = traced(&scene, &settings(&scene));
     let grey_then_red = batch.photons().find(|p| (p.power.y / p.power.x - 0.5).abs() < 1e-5);
     assert!(grey_then_red.is_some_and(|p| (p.power.z / p.power.x - 0.125).abs() < 1e-5));
 }

@@ -4,6 +4,7 @@
 pub mod agree;
 pub mod sheets;
 
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Once;
 
@@ -74,6 +75,18 @@ pub fn scene(name: &str) -> Scene {
     Scene::new(desc(name)).unwrap()
 }
 
+/// The scene that a text in TOML describes, which needs no other file.
+pub fn desc_of(text: &str) -> SceneDesc {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("s.toml");
+    fs::write(&path, text).unwrap();
+    scene::load(&path).unwrap()
+}
+
+pub fn scene_of(text: &str) -> Scene {
+    Scene::new(desc_of(text)).unwrap()
+}
+
 /// The scene under a lamp of the course's box in place of its point light: paths find that, too.
 pub fn under_a_lamp(mut desc: SceneDesc) -> SceneDesc {
     desc.point_lights.clear();
@@ -109,6 +122,14 @@ pub fn photon_mapped(scene: &Scene, settings: Settings, passes: u32) -> Image {
         assert!(pass.photons.is_balanced(), "photons unaccounted for: {:?}", pass.photons);
     }
     render.picture()
+}
+
+/// The mean and its standard error, of independent values.
+pub fn mean_and_error(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+    (mean, (squares / (n * (n - 1.0))).sqrt())
 }
 
 /// The mean of every block of pixels and its standard error, over independent renders.
