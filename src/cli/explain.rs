@@ -17,7 +17,7 @@ pub fn run(args: &ExplainArgs) -> Result<Outcome, CliError> {
     let mut desc = load(&args.scene, &args.access)?;
     desc.film = args.size.map_or(desc.film, |size| desc.film.resized(size));
     let settings = settings(args, &desc);
-    memory::check_render(&desc.film, &settings)?;
+    memory::check_render(&desc, &settings)?;
     use_threads(args.threads)?;
     let traversal = args.traversal.into();
     let scene = Scene::with_traversal(desc.clone(), traversal)?;

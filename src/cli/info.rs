@@ -16,7 +16,7 @@ pub fn run(args: &InfoArgs) -> Result<Outcome, CliError> {
     let desc = load(&args.scene, &args.access)?;
     let contents = Contents::of(&desc)?;
     let settings = Settings::of_scene(&desc.render);
-    memory::check_render(&desc.film, &settings)?;
+    memory::check_render(&desc, &settings)?;
     let scene = Scene::with_traversal(desc, args.traversal.into())?;
     let render = Render::new(&scene, settings);
     let info = Info {

@@ -31,7 +31,7 @@ pub fn run(args: &RenderArgs) -> Result<Outcome, CliError> {
     desc.film = args.run.size.map_or(desc.film, |size| desc.film.resized(size));
     let settings = settings_of_part(args, &desc);
     IndependentPasses::check(&settings)?;
-    memory::check_partial(&desc.film, &settings)?;
+    memory::check_partial(&desc, &settings)?;
     let path = path(args, &desc, range);
     check_name(&path)?;
     check_writable(&path).map_err(CliError::BadOutput)?;

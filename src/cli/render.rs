@@ -70,7 +70,7 @@ impl<'a> Prepared<'a> {
         desc.film = args.run.size.map_or(desc.film, |size| desc.film.resized(size));
         let settings = settings(args, &desc);
         check_target(args, &settings)?;
-        memory::check_render(&desc.film, &settings)?;
+        memory::check_render(&desc, &settings)?;
         let mut checkpoints = Checkpoints::open(args, &desc, &settings)?;
         let resumed = match &mut checkpoints {
             Some(checkpoints) if args.resume => checkpoints.load()?,

@@ -27,7 +27,7 @@ pub fn run(args: &StudyArgs) -> Result<Outcome, CliError> {
     let given = args.reference.as_deref().map(|path| given(path, args)).transpose()?;
     let settings = Settings::of_scene(&desc.render);
     desc.film = film(args, &desc, given.as_ref());
-    memory::check_render(&desc.film, &settings)?;
+    memory::check_render(&desc, &settings)?;
     let subject = Subject {
         scene: args.scene.display().to_string(),
         size: (desc.film.width, desc.film.height),
