@@ -268,7 +268,7 @@ fn check(rival: &Rival, reference: &'static str, counts: &[u32], expected: &[u32
 mod tests {
     use super::super::gather_source::Rendered;
     use super::super::ray_scenes::room;
-    use super::super::structures::{OneByOne, PointSearch, RIVALS, Structure, VARIANTS};
+    use super::super::structures::{OneByOne, PointSearch, RIVALS, Structure, variants};
     use super::*;
     use crate::ppm::Settings;
     use crate::scene::Scene;
@@ -330,7 +330,7 @@ mod tests {
     fn all_rivals_count_what_the_naive_search_counts_of_recorded_photons() {
         with_render(|source| {
             for threads in [1, 2] {
-                let report = check_against_naive(source, &[&RIVALS[..], &VARIANTS].concat(), threads);
+                let report = check_against_naive(source, &[&RIVALS[..], &variants()].concat(), threads);
                 assert_eq!((report.scene.as_deref(), report.emitted), (Some("room"), Some(3000)));
                 assert_eq!(report.photons, source.photons(3000).unwrap().len());
                 assert_eq!(report.extent, 2.0);

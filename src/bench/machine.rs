@@ -5,6 +5,7 @@ use std::fs;
 use serde::Serialize;
 
 use crate::embree::{Device, EmbreeError};
+use crate::simd::Isa;
 
 /// The machine and the program: numbers without them say nothing.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -15,6 +16,8 @@ pub struct Machine {
     pub cores: usize,
     /// Vector instructions that the processor has, of those that matter here.
     pub cpu_features: Vec<&'static str>,
+    /// The instructions that its lanes use.
+    pub lanes: String,
     /// Instruction sets that the program was compiled for.
     pub compiled_for: Vec<&'static str>,
     /// The compiler.
@@ -37,6 +40,7 @@ impl Machine {
             cpu: cpu_model(&fs::read_to_string("/proc/cpuinfo").unwrap_or_default()),
             cores: std::thread::available_parallelism().map_or(1, usize::from),
             cpu_features: cpu_features(),
+            lanes: Isa::best().to_string(),
             compiled_for: env!("BUILT_FOR_FEATURES").split(',').filter(|f| !f.is_empty()).collect(),
             rustc: env!("BUILT_BY_RUSTC"),
             optimised: !cfg!(debug_assertions),
@@ -52,6 +56,7 @@ impl Machine {
             ("Processor", self.cpu.clone()),
             ("Cores", self.cores.to_string()),
             ("Vector instructions", self.cpu_features.join(" ")),
+            ("Lanes", self.lanes.clone()),
             ("Program", format!("caustica {}{checks}", self.version)),
             ("Compiled for", self.compiled_for.join(" ")),
             ("Compiler", self.rustc.into()),
@@ -97,6 +102,7 @@ mod tests {
     #[test]
     fn the_machine_is_known() {
         let machine = Machine::detect().unwrap();
+        assert!(Isa::available().any(|isa| isa.to_string() == machine.lanes));
         assert!(machine.cores >= 1 && machine.rustc.starts_with("rustc 1."));
         assert!(machine.embree.starts_with("4.") && !machine.compiled_for.is_empty());
         let has_warning = machine.lines().iter().any(|(_, value)| value.contains("not a build to measure"));

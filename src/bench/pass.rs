@@ -379,7 +379,7 @@ mod tests {
         for key in ["trace", "gather"] {
             assert!(json["phases"][key].is_f64(), "{key} is missing");
         }
-        for key in ["cpu", "cores", "embree", "rustc", "compiled_for", "version"] {
+        for key in ["cpu", "cores", "lanes", "embree", "rustc", "compiled_for", "version"] {
             assert!(!json["machine"][key].is_null(), "{key} is missing");
         }
     }

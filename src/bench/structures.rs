@@ -5,10 +5,10 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use rayon::prelude::*;
 
 use super::{BenchError, HashGrid, KdTree};
-use crate::bvh::{Sphere, SphereBvh, Weight};
+use crate::bvh::{EachMeeting, Sphere, SphereBvh, Weight};
 use crate::embree::{self, SphereQuery};
 use crate::math::Vec3;
-use crate::simd::LANES;
+use crate::simd::{Isa, LANES};
 
 /// A search structure over spheres that can be measured.
 pub trait Structure {
@@ -57,17 +57,39 @@ pub const RIVALS: [Rival; 6] = [
     Rival { name: "k-d tree (kiddo)", photons: PhotonOrder::Sorted, build: build_kd_tree },
 ];
 
-/// Other ways to build the sphere tree than the program's.
-pub const VARIANTS: [Rival; 4] = [
+/// Other sphere trees than the program's: built in other ways, and gathered in the lanes of all instruction sets that the
+/// machine has.
+pub fn variants() -> Vec<Rival> {
+    let is_there = |rival: &Rival| Isa::available().any(|isa| rival.name == lanes_of(isa));
+    SHAPES.into_iter().chain(LANES_OF_ISAS.into_iter().filter(is_there)).collect()
+}
+
+const SHAPES: [Rival; 4] = [
     Rival { name: "by volume", photons: PhotonOrder::Sorted, build: |s| shaped(s, LANES, Weight::Volume) },
     Rival { name: "leaves of 4", photons: PhotonOrder::Sorted, build: |s| shaped(s, 4, Weight::Area) },
     Rival { name: "leaves of 8", photons: PhotonOrder::Sorted, build: |s| shaped(s, 8, Weight::Area) },
     Rival { name: "leaves of 12", photons: PhotonOrder::Sorted, build: |s| shaped(s, 12, Weight::Area) },
 ];
 
+const LANES_OF_ISAS: [Rival; 3] = [
+    Rival { name: "portable lanes", photons: PhotonOrder::Sorted, build: |s| in_lanes(s, "portable lanes") },
+    Rival { name: "AVX2 lanes", photons: PhotonOrder::Sorted, build: |s| in_lanes(s, "AVX2 lanes") },
+    Rival { name: "AVX-512 lanes", photons: PhotonOrder::Sorted, build: |s| in_lanes(s, "AVX-512 lanes") },
+];
+
+fn lanes_of(isa: Isa) -> String {
+    format!("{isa} lanes")
+}
+
 fn shaped(spheres: &[Sphere], leaf_size: usize, weight: Weight) -> Built {
     let (tree, order) = SphereBvh::build_with(spheres, leaf_size, weight);
-    Ok(Box::new(OrderedTree { tree, order }))
+    Ok(Box::new(OrderedTree { tree, order, isa: Isa::best() }))
+}
+
+/// Without such lanes, in portable ones.
+fn in_lanes(spheres: &[Sphere], name: &str) -> Built {
+    let isa = Isa::available().find(|&isa| lanes_of(isa) == name).unwrap_or(Isa::portable());
+    Ok(Box::new(OrderedTree { isa, ..OrderedTree::build(spheres) }))
 }
 
 /// A structure that is asked about one point after the other.
@@ -115,16 +137,17 @@ impl<S: PointSearch> Structure for OneByOne<S> {
     }
 }
 
-/// The tree, and what its positions stand for.
+/// The tree, what its positions stand for, and how it is walked.
 struct OrderedTree {
     tree: SphereBvh,
     order: Vec<u32>,
+    isa: Isa,
 }
 
 impl OrderedTree {
     fn build(spheres: &[Sphere]) -> OrderedTree {
         let (tree, order) = SphereBvh::build(spheres);
-        OrderedTree { tree, order }
+        OrderedTree { tree, order, isa: Isa::best() }
     }
 }
 
@@ -134,7 +157,8 @@ impl Structure for OrderedTree {
     }
 
     fn count(&mut self, photons: &[Vec3], counts: &mut [AtomicU32]) {
-        self.tree.gather(photons, counts, |count, _, _| *count.get_mut() += 1);
+        let count = EachMeeting::new(|count: &mut AtomicU32, _, _| *count.get_mut() += 1);
+        self.tree.gather_with(self.isa, &[photons], counts, &count);
     }
 
     fn order(&self) -> Option<&[u32]> {
@@ -206,4 +230,16 @@ fn build_point_query(spheres: &[Sphere]) -> Built {
     let of_embree = |s: &Sphere| embree::Sphere { center: s.center, radius: s.radius };
     let spheres: Vec<embree::Sphere> = spheres.iter().map(of_embree).collect();
     Ok(Box::new(OneByOne(SphereQuery::build(&spheres, rayon::current_num_threads())?)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lanes_of_every_instruction_set_of_the_machine_take_part() {
+        let names: Vec<&str> = variants().iter().map(|rival| rival.name).collect();
+        let lanes: Vec<String> = Isa::available().map(lanes_of).collect();
+        assert_eq!(names[SHAPES.len()..], lanes);
+    }
 }

@@ -224,13 +224,14 @@ impl<G: Gatherer> Kernel for Meet<'_, G> {
 }
 
 /// Hands every meeting of a point and a sphere to a closure.
-pub(super) struct EachMeeting<S, V> {
+pub struct EachMeeting<S, V> {
     visit: V,
     state: PhantomData<fn(S)>,
 }
 
 impl<S, V> EachMeeting<S, V> {
-    pub(super) fn new(visit: V) -> EachMeeting<S, V> {
+    /// `visit(&mut state, position, point_index)` sees every meeting; the point by its number among all.
+    pub fn new(visit: V) -> EachMeeting<S, V> {
         EachMeeting { visit, state: PhantomData }
     }
 }

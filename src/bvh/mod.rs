@@ -23,7 +23,7 @@ mod walk;
 mod wide;
 
 pub use build::build;
-pub use gather::{Balls, Gatherer, Leaf, Radii};
+pub use gather::{Balls, EachMeeting, Gatherer, Leaf, Radii};
 pub use point_lists::Points;
 pub use ray_bvh::{RayBvh, RayHit};
 pub use ray_bvh_builder::RayBvhBuilder;

@@ -14,7 +14,7 @@ use crate::bench::leaks;
 use crate::bench::numerics;
 use crate::bench::pass::{self, PassSettings};
 use crate::bench::rays::{self, RaySettings};
-use crate::bench::structures::{RIVALS, VARIANTS};
+use crate::bench::structures::{RIVALS, variants};
 use crate::output::{check_writable, write_atomically};
 use crate::ppm::{Aiming, Guiding, Kinds, Settings};
 use crate::report::Page;
@@ -104,10 +104,11 @@ fn run_gather(args: &BenchArgs) -> Result<Outcome, CliError> {
 
 fn measure_gather(args: &BenchArgs, source: &Source) -> Result<Outcome, CliError> {
     let settings = gather_settings(args, source);
-    let variants = if args.variants { &VARIANTS[..] } else { &[] };
-    let report = gather::measure(&settings, source, &[&RIVALS[..], variants].concat(), |points, percent| {
-        note!("{points} spheres of radius {percent:.3} %");
-    })?;
+    let variants = if args.variants { variants() } else { Vec::new() };
+    let report =
+        gather::measure(&settings, source, &[&RIVALS[..], &variants].concat(), |points, percent| {
+            note!("{points} spheres of radius {percent:.3} %");
+        })?;
     write(args, &report, &report.page())
 }
 

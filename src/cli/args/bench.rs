@@ -67,7 +67,7 @@ pub struct BenchArgs {
     /// Choose the radius for each number of spheres so that a photon lies in about so many
     #[arg(long, conflicts_with_all = ["radii", "scene", "pass", "rays", "leaks", "numerics", "aim", "guide"], value_name = "K", value_parser = |s: &str| number(s, 1e-3..=1e6))]
     pub overlaps: Option<f64>,
-    /// Also measure sphere trees built in other ways: costs by volume, smaller leaves
+    /// Also measure other sphere trees: costs by volume, smaller leaves, lanes of each instruction set
     #[arg(long, conflicts_with_all = ["pass", "rays", "leaks", "numerics", "aim", "guide"])]
     pub variants: bool,
     /// Numbers of triangles, at least, to trace rays among [default: 36,2e4,131072,1e6]
