@@ -11,13 +11,12 @@ where it was; with names, these are measured again in any case. `--check` measur
 figure that nobody makes, or lacks one.
 """
 
-import hashlib
 import importlib
 import re
 import sys
 import time
 
-from figures.tools import OUT, PROGRAM, ROOT
+from figures.tools import OUT, ROOT, program_hash
 
 MODULES = (
     "performance", "accuracy", "effects", "shards", "batch", "numerics", "formats", "assignment", "long_runs",
@@ -49,13 +48,9 @@ def faults(known):
     return nobody + [f"no document has the figure {name}" for name in known if name not in there]
 
 
-def program_hash():
-    return hashlib.sha256(PROGRAM.read_bytes()).hexdigest()
-
-
 def measured(name, maker, again):
     """The Markdown of a figure: as it was kept for this program, or measured now."""
-    kept = OUT / f"{name}.{program_hash()[:16]}.md"
+    kept = OUT / f"{name}.{program_hash()}.md"
     if again or not kept.exists():
         start = time.monotonic()
         text = maker().strip() + "\n"

@@ -1,5 +1,7 @@
 """What figures are made with: running the program, tables, numbers as people read them."""
 
+import functools
+import hashlib
 import json
 import os
 import platform
@@ -7,6 +9,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from statistics import median
 
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAM = ROOT / "target" / "release" / "caustica"
@@ -40,6 +43,24 @@ def caustica_json(*arguments):
 def caustica_lines(*arguments):
     """The JSON values that a command prints, a line each."""
     return [json.loads(line) for line in caustica(*arguments).splitlines()]
+
+
+@functools.cache
+def program_hash():
+    """What tells one build of the program from another."""
+    return hashlib.sha256(PROGRAM.read_bytes()).hexdigest()[:16]
+
+
+def keep(name, value):
+    """`value`, which is written where figures that rest on it find it."""
+    (OUT / f"{name}.{program_hash()}.json").write_text(json.dumps(value))
+    return value
+
+
+def kept(name, measure):
+    """What this build of the program measured under that name; it is measured where nothing is kept."""
+    path = OUT / f"{name}.{program_hash()}.json"
+    return json.loads(path.read_text()) if path.exists() else keep(name, measure())
 
 
 def table(head, rows):
@@ -81,3 +102,15 @@ def digits(value, significant=3):
 def span(values, form=digits):
     """"3.1 to 4.5", from the least to the most."""
     return f"{form(min(values))} to {form(max(values))}"
+
+
+def from_to(values, significant=3):
+    """The smallest and the largest: `1.9 to 2.1`; one number where they look alike."""
+    ends = [digits(end, significant) for end in (min(values), max(values))]
+    return " to ".join(dict.fromkeys(ends))
+
+
+def with_ends(values, significant=3):
+    """The median, with the smallest and the largest in brackets where they differ."""
+    middle, ends = digits(median(values), significant), from_to(values, significant)
+    return middle if middle == ends else f"{middle} ({ends})"
