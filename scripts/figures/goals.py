@@ -1,0 +1,81 @@
+"""The goals, and whether what was measured reaches them."""
+
+from figures.gather import GRID, GROWTH, KIDDO, POINT_QUERY, TREE, VARIANTS, WALLS, radius, set_ups
+from figures.passes import ANEW, COURSE, KEPT, NARROW, WIDE, measure, speed_ups, times, values
+from figures.tools import caustica_json, digits, from_to, kept, paragraphs, table
+
+
+def report_of(name, command):
+    return kept(f"performance.{name}", lambda: caustica_json(command, "--json -"))
+
+
+def verdict(numbers, is_reached, unit=""):
+    """Whether all numbers of a goal reach it, in words, and what they are."""
+    reached = sum(map(is_reached, numbers))
+    words = {len(numbers): "yes", 0: "**no**"}.get(reached, f"in {reached} of {len(numbers)}")
+    return f"{words}: {from_to(numbers)}{unit}"
+
+
+def at_most(bound, numbers, unit=""):
+    return verdict(numbers, lambda number: number <= bound, unit)
+
+
+def at_least(bound, numbers, unit=""):
+    return verdict(numbers, lambda number: number >= bound, unit)
+
+
+def of_passes():
+    reports = kept("performance.passes", measure)
+    course, wide, narrow = (reports[key]["all"] for key in (COURSE, WIDE, NARROW))
+    sizes = [size for key in KEPT for size in values(reports[key]["all"], "bytes_per_hit_point")]
+    ups = [up for key in KEPT for phase in ("trace", "gather") for up in speed_ups(reports[key], phase)]
+    anew = dict(zip((WIDE, NARROW), (times(reports[key]["all"]) for key in ANEW)))
+    return [
+        ["pass at most 1.8 x bare tracing, `course_diffuse`", at_most(1.8, values(course, "ratio_to_bare"), " x")],
+        ["the same, `cornell_b` at radius 10", at_most(1.8, values(wide, "ratio_to_bare"), " x")],
+        ["800,000 photons/s there", at_least(8e5, values(wide, "photons_per_second"))],
+        ["1,200,000 photons/s at radius 2.2", at_least(1.2e6, values(narrow, "photons_per_second"))],
+        [
+            "eye paths anew, radius 10: pass at most 220 ms (half of the fastest renderer known to us)",
+            at_most(220, anew[WIDE], " ms"),
+        ],
+        ["eye paths anew, radius 2.2: at most 105 ms", at_most(105, anew[NARROW], " ms")],
+        ["at most 100 bytes a hit point", at_most(100, sizes)],
+        ["trace and gather each 1.85 x as fast on two threads as on one", at_least(1.85, ups, " x")],
+    ]
+
+
+def against(rivals, bound, cases):
+    """Whether the tree is so many times as fast as rivals in all cases, and where it is not."""
+    factors = {case: min(rows[rival]["times_first"] for rival in rivals) for case, rows in cases.items()}
+    missed = [
+        f"{digits(factor, 2)} x among {points:,} at {radius(percent)}"
+        for (points, percent), factor in factors.items()
+        if factor < bound
+    ]
+    reached = at_least(bound, list(factors.values()), " x")
+    return f"{reached} ({', '.join(missed)})" if missed else reached
+
+
+def of_gathering():
+    cases = set_ups(report_of("gather", WALLS))
+    wide = {case: rows for case, rows in cases.items() if case[1] >= 1}
+    narrow = {case: rows for case, rows in cases.items() if case[1] == 0.1}
+    built = next(iter(set_ups(report_of("variants", VARIANTS)).values()))[TREE]["build_ms"]
+    few, *_, many = set_ups(report_of("growth", GROWTH)).values()
+    grown = many[TREE]["ns_per_photon"]["median"] / few[TREE]["ns_per_photon"]["median"]
+    return [
+        ["4 x as fast as the point query at 1 % and above", against([POINT_QUERY], 4, wide)],
+        ["2.5 x at 0.1 %", against([POINT_QUERY], 2.5, narrow)],
+        ["as fast as hash grid and kiddo everywhere", against([GRID, KIDDO], 1, cases)],
+        ["1,048,576 spheres built in 250 ms on two cores", at_most(250, [built["median"]], " ms")],
+        ["ns a photon at most doubles from 100,000 to 4,000,000 at equal overlaps", at_most(2, [grown], " x")],
+    ]
+
+
+def goals():
+    """Nothing, after the others."""
+    return paragraphs(
+        table(["goal", "reached"], of_passes() + of_gathering()),
+        "Several numbers are those of several runs or set-ups; a goal is reached where all of them reach it.",
+    )
