@@ -1,6 +1,6 @@
 """Photons among hit-point spheres: the sphere tree and its rivals."""
 
-from figures.tools import caustica_json, commands, digits, from_to, keep, paragraphs, table
+from figures.tools import commands, digits, from_to, keep, merged, paragraphs, table
 
 TREE = "sphere tree"
 UNSORTED = "sphere tree (photons as traced)"
@@ -14,23 +14,30 @@ NAMES = {UNSORTED: "photons as traced", SINGLE: "one by one", KIDDO: "kiddo"}
 SHAPES = ("by volume", "leaves of 12", "leaves of 8", "leaves of 4")
 LANES = ("portable lanes", "AVX2 lanes", "AVX-512 lanes")
 
-WALLS = "bench --gather --repetitions 3"
-VARIANTS = "bench --gather --variants --points 1048576 --radii 0.1,0.4,1,5 --repetitions 3"
-GROWTH = "bench --gather --points 1e5,4e5,1e6,4e6 --overlaps 50 --repetitions 3"
-WATER = "bench --gather --scene data/course_water.toml --points 1e5,1e6 --radii 0.05,0.1,0.4,1 --repetitions 3"
+# A round among few spheres is over in a millisecond or two: it takes more of them.
+WALLS = ["bench --gather --points 1e4,1e5 --repetitions 15", "bench --gather --points 1e6,4e6 --repetitions 3"]
+VARIANTS = ["bench --gather --variants --points 1048576 --radii 0.1,0.4,1,5 --repetitions 5"]
+GROWTH = ["bench --gather --points 1e5,4e5,1e6,4e6 --overlaps 50 --repetitions 5"]
+WATER = ["bench --gather --scene data/course_water.toml --points 1e5,1e6 --radii 0.05,0.1,0.4,1 --repetitions 3"]
 CORNELL = [
-    "bench --gather --scene data/cornell_b.toml --photons 1e5 --points 1e4,1e6,4e6 --radii 0.05,0.4,1 --repetitions 3",
-    "bench --gather --scene data/cornell_b.toml --photons 1e5 --points 1e4,1e6 --radii 5 --repetitions 3",
+    "bench --gather --scene data/cornell_b.toml --photons 1e5 --points 1e4 --radii 0.05,0.4,1,5 --repetitions 15",
+    "bench --gather --scene data/cornell_b.toml --photons 1e5 --points 1e6 --radii 0.05,0.4,1,5 --repetitions 3",
+    "bench --gather --scene data/cornell_b.toml --photons 1e5 --points 4e6 --radii 0.05,0.4,1 --repetitions 3",
 ]
 
 
-def measured(command):
-    """The report of a command, and its rows by structure for each number of spheres and radius, in order."""
-    report = caustica_json(command, "--json -")
+def measured(runs):
+    """The report of commands, and its rows by structure for each number of spheres and radius."""
+    report = merged(*runs)
     return report, set_ups(report)
 
 
+def shown(*runs):
+    return commands(*(f"caustica {run}" for run in runs))
+
+
 def set_ups(report):
+    """Rows by structure, for each number of spheres and radius in order."""
     cases = {}
     for row in report["rows"]:
         cases.setdefault((row["points"], row["radius_percent"]), {})[row["structure"]] = row
@@ -123,7 +130,7 @@ def gather():
         "Building on all threads (ms; medians, the smallest and the largest over the radii):",
         builds(cases),
         "\n".join([compared(cases), helped(cases), sizes(cases)]),
-        commands(f"caustica {WALLS}"),
+        shown(*WALLS),
     )
 
 
@@ -145,23 +152,22 @@ def growth():
     return paragraphs(
         table([*head, "sphere tree (ns an overlap)"], rows),
         f"From the first row to the last a photon comes to cost: {', '.join(grown)} as much.",
-        commands(f"caustica {GROWTH}"),
+        shown(*GROWTH),
     )
 
 
 def of_scene(name, runs):
-    reports = [caustica_json(run, "--json -") for run in runs]
-    cases = dict(sorted({case: rows for report in reports for case, rows in set_ups(report).items()}.items()))
-    text = f"`{name}`, {reports[0]['photons']:,} photons, radii in percent of {digits(reports[0]['extent'])}:"
-    return paragraphs(text, multiples_table(reports[0], cases), "\n".join([compared(cases), helped(cases)]))
+    report, cases = measured(runs)
+    text = f"`{name}`, {report['photons']:,} photons, radii in percent of {digits(report['extent'])}:"
+    return paragraphs(text, multiples_table(report, cases), "\n".join([compared(cases), helped(cases)]))
 
 
 def real():
     """Five minutes."""
     return paragraphs(
-        of_scene("course_water", [WATER]),
+        of_scene("course_water", WATER),
         of_scene("cornell_b", CORNELL),
-        commands(*(f"caustica {run}" for run in (WATER, *CORNELL))),
+        shown(*WATER, *CORNELL),
     )
 
 
@@ -179,5 +185,5 @@ def variants():
     return paragraphs(
         table(["radius", "sphere tree (ns a photon)", *others], rows),
         f"As multiples of the program's tree: {each}.",
-        commands(f"caustica {VARIANTS}"),
+        shown(*VARIANTS),
     )

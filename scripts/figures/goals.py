@@ -2,11 +2,11 @@
 
 from figures.gather import GRID, GROWTH, KIDDO, POINT_QUERY, TREE, VARIANTS, WALLS, radius, set_ups
 from figures.passes import ANEW, COURSE, KEPT, NARROW, WIDE, measure, speed_ups, times, values
-from figures.tools import caustica_json, digits, from_to, kept, paragraphs, table
+from figures.tools import digits, from_to, kept, merged, paragraphs, table
 
 
-def report_of(name, command):
-    return kept(f"performance.{name}", lambda: caustica_json(command, "--json -"))
+def set_ups_of(figure, runs):
+    return set_ups(kept(f"performance.{figure}", lambda: merged(*runs)))
 
 
 def verdict(numbers, is_reached, unit=""):
@@ -58,11 +58,11 @@ def against(rivals, bound, cases):
 
 
 def of_gathering():
-    cases = set_ups(report_of("gather", WALLS))
+    cases = set_ups_of("gather", WALLS)
     wide = {case: rows for case, rows in cases.items() if case[1] >= 1}
     narrow = {case: rows for case, rows in cases.items() if case[1] == 0.1}
-    built = next(iter(set_ups(report_of("variants", VARIANTS)).values()))[TREE]["build_ms"]
-    few, *_, many = set_ups(report_of("growth", GROWTH)).values()
+    built = next(iter(set_ups_of("variants", VARIANTS).values()))[TREE]["build_ms"]
+    few, *_, many = set_ups_of("growth", GROWTH).values()
     grown = many[TREE]["ns_per_photon"]["median"] / few[TREE]["ns_per_photon"]["median"]
     return [
         ["4 x as fast as the point query at 1 % and above", against([POINT_QUERY], 4, wide)],

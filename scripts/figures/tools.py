@@ -45,6 +45,12 @@ def caustica_lines(*arguments):
     return [json.loads(line) for line in caustica(*arguments).splitlines()]
 
 
+def merged(*lines):
+    """The first report of several commands that print one, with the rows of all."""
+    reports = [caustica_json(line, "--json -") for line in lines]
+    return reports[0] | {"rows": [row for report in reports for row in report["rows"]]}
+
+
 @functools.cache
 def program_hash():
     """What tells one build of the program from another."""
