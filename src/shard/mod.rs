@@ -8,10 +8,10 @@
 //! ```
 //!
 //! Sums of floating-point numbers depend on their order, so sums here are integers wide enough for every f32
-//! (`exact`); they are rounded once, when all passes are in.
+//! ([`exact`]); they are rounded once, when all passes are in.
 
 mod error;
-mod exact;
+pub mod exact;
 mod file;
 mod identity;
 mod merge;
