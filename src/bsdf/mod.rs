@@ -397,4 +397,27 @@ mod tests {
             }
         }
     }
+
+    /// Catches a coat that is forgotten on the way in: a white base under it scatters what the coat does not mirror.
+    #[test]
+    fn a_coated_base_scatters_what_enters() {
+        let plastic = Plastic::new(Rgb::ONE, 1.5, false);
+        let bsdf = Bsdf::Plastic(plastic);
+        for cos in [0.1, 0.5, 1.0] {
+            let entered = bsdf.coat().transmittance(cos);
+            assert!((bsdf.diffuse_share(cos) - Rgb::splat(entered)).abs().max_element() < 1e-4, "{cos}");
+            assert!(entered < 0.97, "{cos}: {entered}");
+        }
+        let diffuse = Bsdf::Diffuse { albedo: Rgb::splat(0.5) };
+        assert_eq!((diffuse.coat(), diffuse.diffuse_share(0.5)), (Coat::NONE, Rgb::splat(0.5)));
+    }
+
+    #[test]
+    fn the_course_s_material_has_an_inside_where_it_lets_light_through() {
+        let opaque = Bsdf::FixedWeight { color: Rgb::ONE, reflectivity: 0.5, transparency: 0.0, ior: 1.33 };
+        assert_eq!(
+            [WATER, opaque].map(|bsdf| (bsdf.transmits(), bsdf.ior())),
+            [(true, Some(1.33)), (false, None)]
+        );
+    }
 }

@@ -125,4 +125,22 @@ mod tests {
     fn without_a_coat_all_light_passes() {
         assert_eq!([0.01, 1.0].map(|cos| Coat::NONE.transmittance(cos)), [1.0; 2]);
     }
+
+    /// The integral of Fresnel's reflectance over all directions in closed form, which colours of the base alone do not show.
+    ///
+    /// # Source
+    /// Walsh, "The Reflection Factor of a Polished Glass Surface for Diffused Light", Department of Scientific and Industrial Research, 1926.
+    #[test]
+    fn diffuse_light_enters_as_its_closed_form_says() {
+        for ior in [1.1f64, 1.5, 2.4] {
+            let (n2, n4) = (ior * ior, ior.powi(4));
+            let reflected = 0.5
+                + (ior - 1.0) * (3.0 * ior + 1.0) / (6.0 * (ior + 1.0).powi(2))
+                + n2 * (n2 - 1.0).powi(2) / (n2 + 1.0).powi(3) * ((ior - 1.0) / (ior + 1.0)).ln()
+                - 2.0 * ior * n2 * (n2 + 2.0 * ior - 1.0) / ((n2 + 1.0) * (n4 - 1.0))
+                + 8.0 * n4 * (n4 + 1.0) / ((n2 + 1.0) * (n4 - 1.0).powi(2)) * ior.ln();
+            let enters = f64::from(Plastic::new(Rgb::ONE, ior as f32, true).enters());
+            assert!((enters - (1.0 - reflected)).abs() < 1e-5, "{ior}: {enters}, not {}", 1.0 - reflected);
+        }
+    }
 }

@@ -243,7 +243,7 @@ fn error(corners: &[Vec3; 3]) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::Stream;
+    use crate::math::{DVec3, Stream};
 
     const LAMP: Light = Light::Triangle {
         corners: [Vec3::ZERO, Vec3::new(2.0, 0.0, 0.0), Vec3::new(0.0, 0.0, 2.0)],
@@ -298,5 +298,28 @@ mod tests {
             let flux = sum / f64::from(N) * f64::from(4.0 * PI * radius * radius);
             assert!((flux / f64::from(light.flux().x) - 1.0).abs() < 0.02, "{flux} of {}", light.flux().x);
         }
+    }
+
+    /// Directions to a ball are uniform in the cone around it, and end on the ball: `cos` has the mean `(1 + cos_max) / 2`.
+    #[test]
+    fn a_ball_is_sampled_over_its_cone_and_met_on_its_surface() {
+        const STEPS: u32 = 64;
+        let (p, center, radius) = (Vec3::new(0.5, -1.0, 2.0), Vec3::new(1.5, 1.0, 4.0), 1.8f32);
+        let axis = (center - p).normalize();
+        let cos_max = (1.0 - radius * radius / p.distance_squared(center)).sqrt();
+        let mut sum = DVec3::ZERO;
+        for k in 0..STEPS * STEPS {
+            let u = Vec2::new((k / STEPS) as f32 + 0.5, (k % STEPS) as f32 + 0.5) / STEPS as f32;
+            let sample = from_sphere(p, center, radius, Rgb::ONE, u).unwrap();
+            assert!((sample.target.distance(center) / radius - 1.0).abs() < 1e-4, "{u}");
+            assert!((sample.target - p).normalize().distance(sample.wi) < 1e-4, "{u}");
+            assert!((sample.target - center).dot(sample.wi) < 5e-3, "{u}: behind the ball's outline");
+            sum += sample.wi.as_dvec3();
+        }
+        let expected = 0.5 * (1.0 + cos_max) * axis;
+        assert!((sum / f64::from(STEPS * STEPS)).distance(expected.as_dvec3()) < 1e-4);
+        assert!(
+            from_sphere(center + 0.5 * radius * axis, center, radius, Rgb::ONE, Vec2::splat(0.5)).is_none()
+        );
     }
 }

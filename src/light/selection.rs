@@ -254,4 +254,29 @@ mod tests {
         assert_eq!([chosen(&faint_first, 0.0, 1e-5), chosen(&faint_first, 0.0, 3e-5)], [0, 1]);
         assert_eq!([chosen(&faint_last, last, 1.0 - 3e-5), chosen(&faint_last, last, 1.0 - 1e-5)], [0, 1]);
     }
+
+    /// What a shadow ray is drawn by is what facets are told that meet the same place: two area lights of unequal flux, and the sky.
+    #[test]
+    fn densities_are_those_of_the_samples() {
+        let (center, radius, radiance) = (Vec3::new(1.0, 3.0, 0.5), 0.75, Rgb::new(1.0, 2.0, 6.0));
+        let corners = [Vec3::new(-2.0, 2.0, 0.0), Vec3::new(-1.0, 2.0, 0.0), Vec3::new(-2.0, 2.0, 1.0)];
+        let triangle = Light::Triangle { corners, radiance: 2.0 * radiance };
+        let lights = Lights::new([Light::Sphere { center, radius, radiance }, triangle, point(5.0)]);
+        let mut rng = Rng::new(4, Stream::Test, 0, 0);
+        let mut found = [0; 2];
+        for _ in 0..200 {
+            let Some(sample) = lights.illuminate_area(Vec3::ZERO, &mut rng) else { continue };
+            let on_sphere = sample.target.distance(center) < 1.01 * radius;
+            let expected = if on_sphere {
+                lights.sphere_pdf_w(radiance, radius, center.length_squared())
+            } else {
+                lights.area_pdf_w(2.0 * radiance, sample.wi.y, sample.target.length_squared())
+            };
+            assert!((sample.pdf_w / expected - 1.0).abs() < 1e-4, "{} instead of {expected}", sample.pdf_w);
+            found[usize::from(on_sphere)] += 1;
+        }
+        assert!(found.iter().all(|&n| n > 5), "{found:?}");
+        assert_eq!(lights.sphere_pdf_w(radiance, radius, 0.5 * radius * radius), 0.0);
+        assert_eq!(lights.environment_pdf_w(Vec3::Y), 0.0);
+    }
 }

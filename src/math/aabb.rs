@@ -106,4 +106,12 @@ mod tests {
         assert!(!b.contains(Vec3::new(f32::NAN, 1.0, 1.0)));
         assert_eq!(b.surface_area(), 24.0);
     }
+
+    /// No two edges are alike, and none is 2, whose square is its double.
+    #[test]
+    fn area_is_that_of_three_pairs_of_faces() {
+        let b = Aabb { min: Vec3::new(-1.0, 0.0, 5.0), max: Vec3::new(0.0, 3.0, 10.0) };
+        assert_eq!((b.surface_area(), b.center()), (46.0, Vec3::new(-0.5, 1.5, 7.5)));
+        assert!(b.contains_box(&b) && !b.contains_box(&Aabb { max: b.max + Vec3::Y, ..b }));
+    }
 }

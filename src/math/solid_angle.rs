@@ -28,4 +28,19 @@ mod tests {
         assert!((solid_angle([a, c, b], Vec3::ZERO) + PI / 2.0).abs() < 1e-12);
         assert_eq!(solid_angle(octant, Vec3::X), 0.0);
     }
+
+    /// A crooked tetrahedron, whose corners no point sees at right angles. Catches a lost term of the denominator.
+    #[test]
+    fn a_closed_surface_is_the_whole_sphere_from_inside_and_nothing_from_outside() {
+        let [a, b, c, d] =
+            [[0.0, 0.0, 0.0], [2.0, 0.3, 0.1], [0.4, 1.7, -0.2], [0.5, 0.6, 1.3]].map(Vec3::from);
+        let around = |p| -> f64 {
+            [[a, c, b], [a, b, d], [b, c, d], [c, a, d]].iter().map(|face| solid_angle(*face, p)).sum()
+        };
+        let inside = 0.1 * a + 0.2 * b + 0.3 * c + 0.4 * d;
+        assert!((around(inside) - 4.0 * PI).abs() < 1e-6, "{}", around(inside));
+        for outside in [Vec3::new(3.0, 1.0, 0.5), Vec3::new(0.7, 0.5, -1.0)] {
+            assert!(around(outside).abs() < 1e-6, "{}", around(outside));
+        }
+    }
 }

@@ -176,4 +176,35 @@ mod tests {
         let json = serde_json::to_string(&FluxLedger::default()).unwrap();
         assert!(json.starts_with(r#"{"emitted":[0.0,0.0,0.0],"#), "{json}");
     }
+
+    #[test]
+    fn accounts_of_two_are_added_one_by_one() {
+        let ledger = |x: f64| FluxLedger {
+            emitted: DVec3::splat(x),
+            absorbed: DVec3::splat(2.0 * x),
+            escaped: DVec3::splat(3.0 * x),
+            terminated: DVec3::splat(4.0 * x),
+            dropped: DVec3::splat(5.0 * x),
+            roulette: DVec3::splat(6.0 * x),
+            shading: DVec3::splat(7.0 * x),
+            roulette_variance: 8.0 * x,
+        };
+        assert_eq!(ledger(1.0).plus(ledger(2.0)), ledger(3.0));
+    }
+
+    /// A mask that a photon passes takes nothing of it, and a medium what it takes.
+    #[test]
+    fn what_passes_a_mask_or_a_medium_is_balanced() {
+        let power = Rgb::new(4.0, 2.0, 1.0);
+        let all = power.as_dvec3();
+        let mut ledger = FluxLedger { emitted: all, ..FluxLedger::default() };
+        let albedo = Rgb::splat(0.25);
+        ledger.land(all, (power * albedo).as_dvec3());
+        ledger.pass(power, albedo);
+        ledger.fly_on(all);
+        ledger.absorb(0.5 * all);
+        ledger.escaped += 0.5 * all;
+        assert_eq!((ledger.absorbed, ledger.roulette), (0.5 * all, DVec3::ZERO));
+        assert!(ledger.imbalance() < 1e-15, "{ledger:?}");
+    }
 }

@@ -62,6 +62,8 @@ impl Mixture {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::light::Light;
+    use crate::math::{BoundingSphere, Rgb, Vec3};
 
     #[test]
     fn one_natural_photon_is_left() {
@@ -69,5 +71,23 @@ mod tests {
         assert_eq!(PhotonBudget::of(100, 1000), PhotonBudget { natural: 1, aimed: 99 });
         assert_eq!(PhotonBudget::of(0, 5), PhotonBudget { natural: 0, aimed: 0 });
         assert_eq!(PhotonBudget::of(80, 20).rho() * 3.0, 1.0);
+    }
+
+    /// A start that natural photons find with density `p` and aimed ones with `r p` is found by `N_g p (1 + ρ r)` in all: whatever
+    /// brings it, the weights of all that do sum to `N_g`.
+    #[test]
+    fn weights_share_a_start_among_both_kinds() {
+        let lamp = Light::Point { position: Vec3::ZERO, intensity: Rgb::ONE };
+        let ball = BoundingSphere { center: 3.0 * Vec3::Y, radius: 1.0 };
+        let aim = Aim::new(&Lights::new([lamp]), &[ball]).unwrap();
+        for (photons, aimed) in [(100, 25), (100, 75), (100, 0)] {
+            let budget = PhotonBudget::of(photons, aimed);
+            let mixture = Mixture { aim: aim.clone(), budget };
+            for ratio in [0.0, 0.5, 40.0] {
+                let found = budget.natural as f64 + budget.aimed as f64 * ratio;
+                let sum = found * f64::from(mixture.weight(ratio));
+                assert!((sum / budget.natural as f64 - 1.0).abs() < 1e-6, "{photons} {aimed} {ratio}: {sum}");
+            }
+        }
     }
 }

@@ -276,4 +276,18 @@ mod tests {
         // The best of α: noise and bias fall alike.
         assert!((RadiusPolicy::Shared.asymptotic_exponent(2.0 / 3.0) - 1.0 / 3.0).abs() < 1e-12);
     }
+
+    /// Noise as `i^(-α/2)`, bias as `i^(α - 1)`; discs that do not shrink have noise alone to lose.
+    #[test]
+    fn exponents_are_those_of_noise_and_of_bias() {
+        let alpha = 0.75;
+        for policy in [RadiusPolicy::HitPoint, RadiusPolicy::Shared] {
+            assert_eq!(policy.exponents(alpha), [0.375, 0.25]);
+        }
+        assert_eq!(RadiusPolicy::Tested.exponents(alpha), [0.25, 0.5]);
+        assert_eq!(
+            [RadiusPolicy::Fixed.exponents(alpha), RadiusPolicy::Shared.exponents(1.0)],
+            [[0.5, 0.0]; 2]
+        );
+    }
 }

@@ -238,3 +238,34 @@ fn raise_all(states: &mut [impl Statistic], floor: impl Fn(usize) -> f64 + Sync)
     };
     states.par_iter_mut().enumerate().map(raise).sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of_all_kinds(hit_points: usize) -> [Statistics; 3] {
+        [
+            (RadiusPolicy::HitPoint, Precision::Double),
+            (RadiusPolicy::Shared, Precision::Single),
+            (RadiusPolicy::Tested, Precision::Double),
+        ]
+        .map(|(policy, precision)| Statistics::new(hit_points, 2.0, policy, precision))
+    }
+
+    #[test]
+    fn every_kind_shrinks_all_of_its_radii() {
+        for mut states in of_all_kinds(3) {
+            states.shrink(0.25);
+            assert!((0..3).all(|position| states.get(position).radius() == 1.0), "{states:?}");
+        }
+    }
+
+    #[test]
+    fn states_are_alike_by_kind_and_number() {
+        for (k, states) in of_all_kinds(3).iter().enumerate() {
+            let alike = of_all_kinds(3).map(|other| states.is_like(&other));
+            assert_eq!(alike, [0, 1, 2].map(|kind| kind == k));
+            assert!(of_all_kinds(4).iter().all(|other| !states.is_like(other)));
+        }
+    }
+}

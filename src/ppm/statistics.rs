@@ -195,3 +195,23 @@ impl Render<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// More than a task takes, the least and the largest in the middle.
+    #[test]
+    fn radii_of_many_tasks_are_one_range() {
+        const COUNT: usize = 2 * CHUNK + 500;
+        let radii: Vec<f32> = (0..COUNT).map(|k| ((k + COUNT / 2) % COUNT + 1) as f32).collect();
+        let range = RadiusRange::of(&radii);
+        let expected =
+            RadiusRange { min: 1.0, mean: 0.5 * (COUNT + 1) as f64, max: COUNT as f64, floored: 0 };
+        assert_eq!(range, expected);
+        assert_eq!(
+            combine(RadiusRange { floored: 3, ..range }, RadiusRange { floored: 4, ..range }).floored,
+            7
+        );
+    }
+}

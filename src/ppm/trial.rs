@@ -213,4 +213,48 @@ mod tests {
         let (_, gain) = trial(&[(1.0, 1e6)], 0.0, 4.0).best_share();
         assert!((gain / (1e6 * 15.0 / 16.0) - 1.0).abs() < 1e-3);
     }
+
+    /// `caustic` photons of one ratio and density, or indirect light of one density: eight rays a guided photon, four a natural one.
+    fn guided_trial(caustic: Option<(f64, f64)>, indirect: Option<f64>) -> Trial {
+        let brought = |(ratio, density)| Brought { squares: 1.0, ratio, density };
+        Trial {
+            caustic: caustic.map(brought).into_iter().collect(),
+            indirect: indirect.map(|density| brought((0.0, density))).into_iter().collect(),
+            natural_rays: 4.0,
+            guided_rays: 8.0,
+            aimed_rays: 2.0,
+            rays: 0,
+        }
+    }
+
+    /// Of indirect light `(4 + 4 g) / (1 - g + g q)`; guided photons cost more and bring more.
+    #[test]
+    fn guiding_pays_by_what_is_left_of_the_variance() {
+        let trial = guided_trial(None, Some(5.0));
+        for guiding in [Guiding::Auto, Guiding::On] {
+            let (mix, gain) = trial.best_mix(None, guiding);
+            assert_eq!(mix, Mix { aimed: 0.0, guided: 0.75 });
+            assert!((gain - 4.0 / 1.75).abs() < 1e-12, "{gain}");
+        }
+        let (mix, gain) = guided_trial(None, Some(1.0)).best_mix(None, Guiding::Auto);
+        assert_eq!(mix, Mix { aimed: 0.0, guided: 0.0 });
+        assert!((gain - 4.0 / 5.0).abs() < 1e-12, "{gain}");
+        assert_eq!(trial.best_mix(Some(0.5), Guiding::On).0.aimed, 0.5);
+        assert_eq!(
+            guided_trial(None, None).best_mix(None, Guiding::On),
+            (Mix { aimed: 0.0, guided: 0.0 }, 1.0)
+        );
+    }
+
+    /// With half of the photons aimed, at ten times the density: `(1 / 5.5) (2 + 1)` instead of 4. With half of the others guided
+    /// as well, `(1 - 2/3 · 1/11) / 5.5 · (3 + 1)` instead of 6/3.
+    #[test]
+    fn aiming_gains_what_it_takes_from_variance_and_rays() {
+        let trial = guided_trial(Some((10.0, 5.0)), None);
+        let gain = |aimed, guided| trial.gain_of_aiming(Mix { aimed, guided });
+        assert!((gain(0.5, 0.0) - 4.0 * 5.5 / 3.0).abs() < 1e-12, "{}", gain(0.5, 0.0));
+        let both = (1.0 - 2.0 / 33.0) / 5.5 * 4.0;
+        assert!((gain(0.5, 0.5) - 2.0 / both).abs() < 1e-12, "{}", gain(0.5, 0.5));
+        assert_eq!(gain(0.0, 0.5), 1.0);
+    }
 }
