@@ -9,7 +9,7 @@ use caustica::effects::{PathClass, PathClasses};
 use caustica::math::{Rgb, Vec3};
 use caustica::ppm::{Kinds, PassStatistics, Planning, Render, Settings};
 use caustica::scene::{
-    CameraDesc, FilmDesc, Material, Mesh, Places, PointLightDesc, RenderDesc, Scene, SceneDesc, SphereDesc,
+    CameraDesc, FilmDesc, Material, Mesh, PointLightDesc, RenderDesc, Scene, SceneDesc, SphereDesc,
 };
 
 const GLASS: u32 = 1;
@@ -22,19 +22,15 @@ fn room() -> SceneDesc {
         name: "room".into(),
         path: "room.toml".into(),
         film: FilmDesc::new(24, 24),
-        camera: CameraDesc::pinhole(Vec3::new(0.1, 0.2, 0.9), Vec3::new(0.0, -0.4, -1.0), 70.0),
         render: RenderDesc { passes: 3, photons: 4000, samples: 1, alpha: 0.7, radius: Some(0.1), depth: 16 },
         materials: vec![
             material("wall", Bsdf::Diffuse { albedo: Rgb::splat(0.5) }),
             material("glass", Bsdf::Dielectric { ior: 1.5 }),
             material("mirror", Bsdf::Mirror { reflectance: Rgb::splat(0.9) }),
         ],
-        spheres: vec![],
         meshes: vec![Mesh::inward_cube("room", 0)],
         point_lights: vec![PointLightDesc { position: Vec3::new(0.15, 0.55, -0.1), intensity: Rgb::ONE }],
-        further_lights: vec![],
-        warnings: vec![],
-        places: Places::default(),
+        ..SceneDesc::new(CameraDesc::pinhole(Vec3::new(0.1, 0.2, 0.9), Vec3::new(0.0, -0.4, -1.0), 70.0))
     }
 }
 

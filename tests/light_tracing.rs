@@ -11,7 +11,7 @@ use caustica::film::Image;
 use caustica::math::{Rgb, Vec2, Vec3};
 use caustica::ppm::Settings;
 use caustica::reference::{Method, share_seen_specular};
-use caustica::scene::{CameraDesc, FilmDesc, Material, Places, PointLightDesc, RenderDesc, Scene, SceneDesc};
+use caustica::scene::{CameraDesc, FilmDesc, Material, PointLightDesc, RenderDesc, Scene, SceneDesc};
 use common::sheets::{BLACK, INTENSITY, sheet};
 use common::{
     block_estimate, blocks_seen_diffuse, desc, estimated, light_traced, path_traced, photon_mapped, scene_at,
@@ -32,18 +32,14 @@ fn lit_floor(above: Bsdf) -> SceneDesc {
         name: "floor".into(),
         path: "floor.toml".into(),
         film: FilmDesc::new(24, 10),
-        camera: CameraDesc {
-            up: Vec3::new(0.3, 1.0, 0.0),
-            ..CameraDesc::pinhole(Vec3::new(2.0, 6.0, 4.0), Vec3::new(0.0, 0.0, 0.5), 95.0)
-        },
         render: RenderDesc { passes: 1, photons: 1, samples: 1, alpha: 0.7, radius: None, depth: 8 },
         materials: vec![material(Bsdf::Diffuse { albedo: Rgb::splat(ALBEDO) }), material(above)],
-        spheres: vec![],
         meshes: vec![sheet(0.0, 300.0, true, 0), sheet(MIRROR_HEIGHT, 300.0, true, 1)],
         point_lights: vec![PointLightDesc { position: LIGHT, intensity: Rgb::splat(INTENSITY) }],
-        further_lights: vec![],
-        warnings: vec![],
-        places: Places::default(),
+        ..SceneDesc::new(CameraDesc {
+            up: Vec3::new(0.3, 1.0, 0.0),
+            ..CameraDesc::pinhole(Vec3::new(2.0, 6.0, 4.0), Vec3::new(0.0, 0.0, 0.5), 95.0)
+        })
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use crate::bsdf::Bsdf;
 use crate::math::{Ray, Rgb, Rng, Vec3};
-use crate::scene::{CameraDesc, FilmDesc, Material, Mesh, Places, RenderDesc, SceneDesc};
+use crate::scene::{CameraDesc, FilmDesc, Material, Mesh, RenderDesc, SceneDesc};
 
 /// A closed mesh that holds the ball of radius [`HELD`], stretched by [`ClosedMesh::stretch`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,22 +81,10 @@ impl ClosedMesh {
             name: self.name().into(),
             path: self.name().into(),
             film: FilmDesc::new(1, 1),
-            camera: CameraDesc::pinhole(middle, middle + stretch, 90.0),
             render: RenderDesc { passes: 1, photons: 1, samples: 1, alpha: 0.7, radius: None, depth: 1 },
             materials: vec![Material::plain("grey", grey, Rgb::ZERO)],
-            spheres: vec![],
-            meshes: vec![Mesh {
-                name: self.name().into(),
-                vertices,
-                normals: None,
-                uvs: None,
-                materials: vec![0; triangles.len()],
-                triangles,
-            }],
-            point_lights: vec![],
-            further_lights: vec![],
-            warnings: vec![],
-            places: Places::default(),
+            meshes: vec![Mesh::new(self.name(), vertices, triangles, 0)],
+            ..SceneDesc::new(CameraDesc::pinhole(middle, middle + stretch, 90.0))
         }
     }
 }

@@ -4,7 +4,7 @@ use super::BenchError;
 use crate::bsdf::Bsdf;
 use crate::math::{Ray, Rgb, Vec3};
 use crate::ppm::{DirectPass, Render, Settings, camera_pass, photon_pass};
-use crate::scene::{CameraDesc, FilmDesc, Material, Mesh, Places, RenderDesc, Scene, SceneDesc, water};
+use crate::scene::{CameraDesc, FilmDesc, Material, Mesh, RenderDesc, Scene, SceneDesc, water};
 
 /// Triangles of the room without water.
 pub const ROOM_TRIANGLES: usize = 36;
@@ -91,15 +91,10 @@ pub fn room(triangles: usize, photons: u64) -> SceneDesc {
         name: "room".into(),
         path: "room".into(),
         film: FilmDesc::new(side, side),
-        camera: CameraDesc::pinhole(Vec3::new(0.0, 1.9, 4.0), Vec3::new(0.0, 0.9, 0.0), 36.0),
         render: RenderDesc { passes: 1, photons, samples: 1, alpha: 0.7, radius: None, depth: 8 },
         materials: materials(),
-        spheres: vec![],
         meshes,
-        point_lights: vec![],
-        further_lights: vec![],
-        warnings: vec![],
-        places: Places::default(),
+        ..SceneDesc::new(CameraDesc::pinhole(Vec3::new(0.0, 1.9, 4.0), Vec3::new(0.0, 0.9, 0.0), 36.0))
     }
 }
 
@@ -152,14 +147,7 @@ fn cuboid(middle: Vec3, half: Vec3, angle: f32) -> [Quad; 6] {
 }
 
 fn mesh(faces: impl Iterator<Item = (Quad, u32)>) -> Mesh {
-    let mut mesh = Mesh {
-        name: "room".into(),
-        vertices: vec![],
-        normals: None,
-        uvs: None,
-        triangles: vec![],
-        materials: vec![],
-    };
+    let mut mesh = Mesh::new("room", vec![], vec![], 0);
     for (corners, material) in faces {
         let first = mesh.vertices.len() as u32;
         mesh.vertices.extend(corners);

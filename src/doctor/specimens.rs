@@ -2,9 +2,7 @@
 
 use crate::bsdf::Bsdf;
 use crate::math::{Rgb, Vec3};
-use crate::scene::{
-    CameraDesc, FilmDesc, Material, Mesh, Places, PointLightDesc, RenderDesc, SceneDesc, SphereDesc,
-};
+use crate::scene::{CameraDesc, FilmDesc, Material, Mesh, PointLightDesc, RenderDesc, SceneDesc, SphereDesc};
 
 /// A built-in scene, and what must hold of it.
 pub(super) struct Specimen {
@@ -38,17 +36,6 @@ pub(super) fn specimens() -> Vec<Specimen> {
     ]
 }
 
-fn mesh(name: &str, vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>, material: u32) -> Mesh {
-    Mesh {
-        name: name.into(),
-        vertices,
-        normals: None,
-        uvs: None,
-        materials: vec![material; triangles.len()],
-        triangles,
-    }
-}
-
 fn materials() -> Vec<Material> {
     let material = |name: &str, bsdf, light| Material::plain(name, bsdf, Rgb::splat(light));
     vec![
@@ -65,7 +52,6 @@ pub(super) fn bare() -> SceneDesc {
         name: "box".into(),
         path: "box".into(),
         film: FilmDesc::new(24, 24),
-        camera: CameraDesc::pinhole(Vec3::new(0.1, 0.2, 0.9), Vec3::new(0.0, -0.4, -1.0), 70.0),
         render: RenderDesc {
             passes: 2,
             photons: 10_000,
@@ -75,12 +61,9 @@ pub(super) fn bare() -> SceneDesc {
             depth: 16,
         },
         materials: materials(),
-        spheres: vec![],
         meshes: vec![Mesh::inward_cube("box", WALL)],
         point_lights: vec![PointLightDesc { position: Vec3::new(0.15, 0.55, -0.1), intensity: Rgb::ONE }],
-        further_lights: vec![],
-        warnings: vec![],
-        places: Places::default(),
+        ..SceneDesc::new(CameraDesc::pinhole(Vec3::new(0.1, 0.2, 0.9), Vec3::new(0.0, -0.4, -1.0), 70.0))
     }
 }
 
@@ -90,10 +73,10 @@ fn furnished() -> SceneDesc {
     desc.spheres.push(SphereDesc { center: Vec3::new(-0.35, -0.6, -0.3), radius: 0.3, material: GLASS });
     let [a, b, up] = [Vec3::new(0.3, -0.9, -0.6), Vec3::new(0.8, -0.9, -0.2), 1.2 * Vec3::Y];
     let halves = || vec![[0, 1, 2], [0, 2, 3]];
-    desc.meshes.push(mesh("mirror", vec![a, b, b + up, a + up], halves(), MIRROR));
+    desc.meshes.push(Mesh::new("mirror", vec![a, b, b + up, a + up], halves(), MIRROR));
     let corner = |x: f32, z: f32| Vec3::new(x, 0.95, z);
     let lamp = vec![corner(-0.25, -0.25), corner(0.25, -0.25), corner(0.25, 0.25), corner(-0.25, 0.25)];
-    desc.meshes.push(mesh("lamp", lamp, halves(), LAMP));
+    desc.meshes.push(Mesh::new("lamp", lamp, halves(), LAMP));
     desc
 }
 
@@ -108,7 +91,7 @@ fn with_degenerate_triangles() -> SceneDesc {
     let mut desc = bare();
     let [a, b] = [Vec3::new(-0.5, -0.2, -0.5), Vec3::new(0.5, -0.2, -0.5)];
     let corners = vec![a, b, 0.5 * (a + b), a + 1e-7 * Vec3::Y];
-    desc.meshes.push(mesh("degenerate", corners, vec![[0, 0, 0], [0, 1, 2], [0, 1, 3]], WALL));
+    desc.meshes.push(Mesh::new("degenerate", corners, vec![[0, 0, 0], [0, 1, 2], [0, 1, 3]], WALL));
     desc
 }
 

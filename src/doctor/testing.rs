@@ -50,34 +50,23 @@ pub fn cube(name: &str, middle: Vec3, half: f32, material: u32) -> Mesh {
     let corner = |i: u32| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * 2.0 - 1.0;
     let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let triangles = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
-    mesh(name, (0..8).map(|i| middle + half * corner(i)).collect(), triangles, material)
+    Mesh::new(name, (0..8).map(|i| middle + half * corner(i)).collect(), triangles, material)
 }
 
 pub fn triangle(name: &str, corners: [Vec3; 3]) -> Mesh {
-    mesh(name, corners.to_vec(), vec![[0, 1, 2]], WALL)
+    Mesh::new(name, corners.to_vec(), vec![[0, 1, 2]], WALL)
 }
 
 /// Horizontal, from `x` to `x + side` and likewise in z; its normal points down.
 pub fn ceiling(name: &str, corner: Vec3, side: f32, material: u32) -> Mesh {
     let [x, z] = [side * Vec3::X, side * Vec3::Z];
     let corners = vec![corner, corner + x, corner + x + z, corner + z];
-    mesh(name, corners, vec![[0, 1, 2], [0, 2, 3]], material)
+    Mesh::new(name, corners, vec![[0, 1, 2], [0, 2, 3]], material)
 }
 
 pub fn with_material(mut mesh: Mesh, material: u32) -> Mesh {
     mesh.materials.fill(material);
     mesh
-}
-
-fn mesh(name: &str, vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>, material: u32) -> Mesh {
-    Mesh {
-        name: name.into(),
-        vertices,
-        normals: None,
-        uvs: None,
-        materials: vec![material; triangles.len()],
-        triangles,
-    }
 }
 
 /// `scale` times as large, then moved by `shift`.

@@ -325,14 +325,7 @@ mod tests {
             [5, 1, 3],
         ];
         let at = |k: u32| Vec3::new(k as f32, (k * k) as f32, (k * k * k) as f32);
-        let mesh = Mesh {
-            name: "plane".into(),
-            vertices: (0..6).map(at).collect(),
-            normals: None,
-            uvs: None,
-            triangles: plane.to_vec(),
-            materials: vec![0; 10],
-        };
+        let mesh = Mesh::new("plane", (0..6).map(at).collect(), plane.to_vec(), 0);
         assert_eq!(parts_of(vec![mesh]), [(10, false)]);
     }
 }

@@ -3,8 +3,7 @@
 use crate::bsdf::Bsdf;
 use crate::math::{Rgb, Vec3};
 use crate::scene::{
-    CameraDesc, FilmDesc, Material, Mesh, Places, PointLightDesc, RenderDesc, Scene, SceneDesc, SphereDesc,
-    Traversal,
+    CameraDesc, FilmDesc, Material, Mesh, PointLightDesc, RenderDesc, Scene, SceneDesc, SphereDesc, Traversal,
 };
 
 pub const WALL: u32 = 0;
@@ -21,7 +20,6 @@ pub fn room() -> SceneDesc {
         name: "room".into(),
         path: "room.toml".into(),
         film: FilmDesc::new(16, 16),
-        camera: CameraDesc::pinhole(Vec3::new(0.1, 0.2, 0.9), Vec3::new(0.0, -0.4, -1.0), 70.0),
         render: RenderDesc { passes: 2, photons: 2000, samples: 1, alpha: 0.7, radius: Some(0.1), depth: 16 },
         materials: vec![
             material("wall", Bsdf::Diffuse { albedo: Rgb::splat(0.5) }, 0.0),
@@ -30,12 +28,9 @@ pub fn room() -> SceneDesc {
             material("lamp", black, 2.0),
             material("black", black, 0.0),
         ],
-        spheres: vec![],
         meshes: vec![Mesh::inward_cube("room", WALL)],
         point_lights: vec![PointLightDesc { position: Vec3::new(0.15, 0.55, -0.1), intensity: Rgb::ONE }],
-        further_lights: vec![],
-        warnings: vec![],
-        places: Places::default(),
+        ..SceneDesc::new(CameraDesc::pinhole(Vec3::new(0.1, 0.2, 0.9), Vec3::new(0.0, -0.4, -1.0), 70.0))
     }
 }
 
@@ -59,14 +54,8 @@ pub fn cube(name: &str, middle: Vec3, half: f32, material: u32) -> Mesh {
 /// A square of `side` around `middle` that faces down.
 pub fn ceiling(name: &str, middle: Vec3, side: f32, material: u32) -> Mesh {
     let corner = |x: f32, z: f32| middle + 0.5 * side * Vec3::new(x, 0.0, z);
-    Mesh {
-        name: name.into(),
-        vertices: vec![corner(-1., -1.), corner(1., -1.), corner(1., 1.), corner(-1., 1.)],
-        normals: None,
-        uvs: None,
-        triangles: vec![[0, 1, 2], [0, 2, 3]],
-        materials: vec![material; 2],
-    }
+    let corners = vec![corner(-1., -1.), corner(1., -1.), corner(1., 1.), corner(-1., 1.)];
+    Mesh::new(name, corners, vec![[0, 1, 2], [0, 2, 3]], material)
 }
 
 pub fn ball(center: Vec3, radius: f32, material: u32) -> SphereDesc {

@@ -93,14 +93,9 @@ pub fn under_a_lamp(mut desc: SceneDesc) -> SceneDesc {
     let black = Bsdf::Diffuse { albedo: Rgb::ZERO };
     desc.materials.push(Material::plain("lamp", black, Rgb::splat(6.0)));
     let corner = |x: f32, z: f32| Vec3::new(30.0 * x, 110.0, 30.0 * z);
-    desc.meshes.push(Mesh {
-        name: "lamp".into(),
-        vertices: vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)],
-        normals: None,
-        uvs: None,
-        triangles: vec![[0, 1, 2], [0, 2, 3]],
-        materials: vec![desc.materials.len() as u32 - 1; 2],
-    });
+    let corners = vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+    let lamp = desc.materials.len() as u32 - 1;
+    desc.meshes.push(Mesh::new("lamp", corners, vec![[0, 1, 2], [0, 2, 3]], lamp));
     desc
 }
 

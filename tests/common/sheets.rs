@@ -3,9 +3,7 @@
 use caustica::bsdf::Bsdf;
 use caustica::math::{DVec3, Rgb, Vec2, Vec3};
 use caustica::ppm::{Render, Settings};
-use caustica::scene::{
-    CameraDesc, FilmDesc, Material, Mesh, Places, PointLightDesc, RenderDesc, Scene, SceneDesc,
-};
+use caustica::scene::{CameraDesc, FilmDesc, Material, Mesh, PointLightDesc, RenderDesc, Scene, SceneDesc};
 
 pub const INTENSITY: f32 = 1000.0;
 pub const LIGHT_HEIGHT: f64 = 10.0;
@@ -34,7 +32,6 @@ pub fn over_floor(others: Vec<Material>, meshes: Vec<Mesh>) -> SceneDesc {
         name: "floor".into(),
         path: "floor.toml".into(),
         film: FilmDesc::new(8, 8),
-        camera: CameraDesc { up: Vec3::Z, ..CameraDesc::pinhole(Vec3::new(0.0, 0.5, 0.0), Vec3::ZERO, 60.0) },
         render: RenderDesc {
             passes: 1,
             photons: 1_000_000,
@@ -44,15 +41,15 @@ pub fn over_floor(others: Vec<Material>, meshes: Vec<Mesh>) -> SceneDesc {
             depth: 8,
         },
         materials: [vec![floor], others].concat(),
-        spheres: vec![],
         meshes: [vec![sheet(0.0, 200.0, true, 0)], meshes].concat(),
         point_lights: vec![PointLightDesc {
             position: Vec3::new(0.0, LIGHT_HEIGHT as f32, 0.0),
             intensity: Rgb::splat(INTENSITY),
         }],
-        further_lights: vec![],
-        warnings: vec![],
-        places: Places::default(),
+        ..SceneDesc::new(CameraDesc {
+            up: Vec3::Z,
+            ..CameraDesc::pinhole(Vec3::new(0.0, 0.5, 0.0), Vec3::ZERO, 60.0)
+        })
     }
 }
 

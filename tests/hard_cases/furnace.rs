@@ -5,7 +5,7 @@ use caustica::film::Image;
 use caustica::math::{DVec3, Rgb, Vec3};
 use caustica::ppm::{Ledger, Render, Settings};
 use caustica::reference::{Estimator, Method};
-use caustica::scene::{CameraDesc, FilmDesc, Material, Places, RenderDesc, Scene, SceneDesc, SphereDesc};
+use caustica::scene::{CameraDesc, FilmDesc, Material, RenderDesc, Scene, SceneDesc, SphereDesc};
 
 use super::rooms::{by_both_traversals, inward_cube};
 
@@ -16,7 +16,6 @@ fn furnace(albedo: Rgb, spheres: Vec<SphereDesc>, ball: Bsdf) -> [Scene; 2] {
         path: "furnace.toml".into(),
         film: FilmDesc::new(16, 16),
         // Looks at the middle of a wall, since gathering near edges is biased.
-        camera: CameraDesc::pinhole(Vec3::new(0.0, 0.0, 0.9), Vec3::NEG_Z, 30.0),
         render: RenderDesc {
             passes: 1,
             photons: 25_000,
@@ -31,10 +30,7 @@ fn furnace(albedo: Rgb, spheres: Vec<SphereDesc>, ball: Bsdf) -> [Scene; 2] {
         ],
         spheres,
         meshes: vec![inward_cube(0)],
-        point_lights: vec![],
-        further_lights: vec![],
-        warnings: vec![],
-        places: Places::default(),
+        ..SceneDesc::new(CameraDesc::pinhole(Vec3::new(0.0, 0.0, 0.9), Vec3::NEG_Z, 30.0))
     })
 }
 

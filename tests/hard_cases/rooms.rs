@@ -5,8 +5,7 @@ use caustica::bsdf::Bsdf;
 use caustica::math::{Rgb, Vec3};
 use caustica::ppm::{PassStatistics, Render, Settings};
 use caustica::scene::{
-    CameraDesc, FilmDesc, Material, Mesh, Places, PointLightDesc, RenderDesc, Scene, SceneDesc, SphereDesc,
-    Traversal,
+    CameraDesc, FilmDesc, Material, Mesh, PointLightDesc, RenderDesc, Scene, SceneDesc, SphereDesc, Traversal,
 };
 
 /// Both ways of tracing rays: a case must hold with either.
@@ -22,14 +21,7 @@ pub fn dark(name: &str, bsdf: Bsdf) -> Material {
 
 /// A mesh of one material whose triangles are counterclockwise from the side that their normals point to.
 pub fn mesh(vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>, material: u32) -> Mesh {
-    Mesh {
-        name: "mesh".into(),
-        vertices,
-        normals: None,
-        uvs: None,
-        materials: vec![material; triangles.len()],
-        triangles,
-    }
+    Mesh::new("mesh", vertices, triangles, material)
 }
 
 /// The quad `a b c d`, whose normal is that of `a b c`.
@@ -61,7 +53,6 @@ pub fn lit_box() -> SceneDesc {
         name: "box".into(),
         path: "box.toml".into(),
         film: FilmDesc::new(24, 24),
-        camera: CameraDesc::pinhole(Vec3::new(0.1, 0.2, 0.9), Vec3::new(0.0, -0.4, -1.0), 70.0),
         render: RenderDesc {
             passes: 2,
             photons: 20_000,
@@ -71,15 +62,12 @@ pub fn lit_box() -> SceneDesc {
             depth: 16,
         },
         materials: vec![dark("wall", GREY)],
-        spheres: vec![],
         meshes: vec![inward_cube(0)],
         point_lights: vec![PointLightDesc {
             position: Vec3::new(0.15, 0.55, -0.1),
             intensity: Rgb::splat(1.0),
         }],
-        further_lights: vec![],
-        warnings: vec![],
-        places: Places::default(),
+        ..SceneDesc::new(CameraDesc::pinhole(Vec3::new(0.1, 0.2, 0.9), Vec3::new(0.0, -0.4, -1.0), 70.0))
     }
 }
 
