@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use super::job_list::{BUDGET, Options};
+use super::options::{BUDGET, Options};
 use super::sweep::normal;
 use super::value::{Entry, Value};
 use super::vocabulary::{Kind, OWN};

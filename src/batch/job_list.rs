@@ -10,23 +10,7 @@ use toml::de::DeTable;
 use super::draft::{Draft, Place};
 use super::sweep::{products, suffix};
 use super::value::{Entry, Value, entries_of_toml};
-use super::{Axis, BatchError, Job, Settings, Vocabulary};
-
-/// What holds for all jobs that say nothing else.
-#[derive(Clone, Debug, Default)]
-pub struct Options {
-    /// Axes that every job is swept along, in the place of its own settings.
-    pub sweep: Vec<Axis>,
-    /// The budget (`passes`, `time`, `target-error`) of jobs that have none of their own.
-    pub budget: Settings,
-    /// Retries after crashes.
-    pub retries: u32,
-    /// Bytes that the process of a job may hold.
-    pub memory_limit: Option<u64>,
-}
-
-/// The flags that are a budget.
-pub const BUDGET: [&str; 3] = ["passes", "time", "target-error"];
+use super::{BatchError, Job, Options, Vocabulary};
 
 /// All jobs that the arguments name, in order, with the names of their pictures.
 ///
@@ -217,7 +201,7 @@ fn check_names(jobs: &[(Job, &Place)]) -> Result<(), BatchError> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Kind;
+    use super::super::{Axis, Kind, Settings};
     use super::*;
     use tempfile::TempDir;
 

@@ -1,37 +1,14 @@
 //! The tree of triangles and spheres: what does a ray hit?
 
 use super::prepared_ray::PreparedRay;
-use super::primitive::PrimitiveId;
+use super::ray_hit::RayHit;
 use super::walk::{Any, Nearest, Query, stack_size, walk};
 use super::wide::WideTree;
-use crate::math::{Ray, Vec3};
+use crate::math::Ray;
 
 /// Entries on the stack of a walk, for trees as they mostly are and for the deepest that the builder makes.
 const SMALL_STACK: usize = stack_size(20);
 const LARGE_STACK: usize = stack_size(72);
-
-/// Where a ray first meets the primitives of a [`RayBvh`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RayHit {
-    /// The ray parameter: the distance in lengths of the ray's direction.
-    pub t: f32,
-    /// The barycentric weight of the triangle's second vertex; 0 on a sphere.
-    pub u: f32,
-    /// The barycentric weight of the triangle's third vertex; 0 on a sphere.
-    pub v: f32,
-    /// The geometric normal, not of unit length: `(v1 - v0) x (v2 - v0)` of a triangle, outward on a sphere.
-    pub ng: Vec3,
-    /// The geometry that was hit.
-    pub geometry: u32,
-    /// The number of the triangle or sphere within its geometry.
-    pub primitive: u32,
-}
-
-impl RayHit {
-    pub(super) fn new(t: f32, [u, v]: [f32; 2], ng: Vec3, id: PrimitiveId) -> RayHit {
-        RayHit { t, u, v, ng, geometry: id.geometry, primitive: id.primitive }
-    }
-}
 
 /// Triangles and spheres in a tree: immutable, and free to be asked from any number of threads.
 #[derive(Clone, Debug)]
@@ -88,7 +65,7 @@ mod tests {
     use crate::bvh::primitive::Shape;
     use crate::bvh::test_sets::on_threads;
     use crate::bvh::{RayBvhBuilder, Sphere};
-    use crate::math::{DVec3, Rng, Stream, warp};
+    use crate::math::{DVec3, Rng, Stream, Vec3, warp};
     use proptest::prelude::*;
 
     fn bvh(primitives: &[Shape]) -> RayBvh {

@@ -2,7 +2,7 @@
 
 use super::prepared_ray::PreparedRay;
 use super::primitive::PrimitiveId;
-use super::ray_bvh::RayHit;
+use super::ray_hit::RayHit;
 use super::sphere_block::SphereBlock;
 use super::triangle_block::{Meeting, TriangleBlock};
 use super::wide::{Child, Kind, WIDTH, WideNode, WideTree};

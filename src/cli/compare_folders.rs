@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 use super::args::CompareArgs;
-use super::compare::{Pictures, broken_bounds, region};
 use super::console::print;
 use super::error::{CliError, Outcome};
+use super::judgement::{Pictures, broken_bounds, region};
 use crate::compare::{Comparison, MetricName, Region, false_colour, thumbnail};
 use crate::film::Image;
 use crate::math::Rgb;

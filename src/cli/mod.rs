@@ -22,6 +22,7 @@ mod farm;
 mod info;
 mod interrupt;
 mod json_lines;
+mod judgement;
 mod live;
 mod memory;
 mod merge;

@@ -2,6 +2,7 @@
 
 mod barriers;
 mod contacts;
+mod decision;
 pub mod declare;
 mod effect;
 mod faces;
@@ -17,7 +18,8 @@ mod surfaces;
 mod testing;
 mod unseen;
 
+pub use decision::{Decision, DroppedLight};
 pub use effect::{Effect, EffectSet};
 pub use path_class::{PathClass, PathClasses, UnknownPathClass};
-pub use plan::{Decision, DroppedLight, EyePaths, Plan};
+pub use plan::{EyePaths, Plan};
 pub use unseen::Unseen;

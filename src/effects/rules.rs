@@ -4,8 +4,8 @@
 //! barrier. So it needs a light, a receiver and, by its kind, casters that the camera and one another can reach; what
 //! [`Reach`] tells of each is necessary for such a path, and where it is known not to hold there is none.
 
+use super::decision::{Decision, DroppedLight};
 use super::facts::Facts;
-use super::plan::{Decision, DroppedLight};
 use super::reach::{Reach, Verdict};
 use super::{Effect, PathClass, PathClasses};
 use crate::scene::Scene;
