@@ -6,7 +6,7 @@ CAUSTICA := $(TARGET)/release/caustica
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup build denoiser render test lint shape check-docs crosscheck hard-cases convergence fuzz sanitize bench study accuracy docs-figures instructions install clean gallery slurm-test
+.PHONY: help setup build denoiser render test lint shape check-docs crosscheck hard-cases convergence fuzz sanitize bench study accuracy docs-figures instructions install clean gallery slurm-test deny
 
 help: ## List these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' Makefile
@@ -51,6 +51,10 @@ check-docs: setup ## Check that links, targets and sub-commands in the documents
 	scripts/check_docs.py $(TARGET)/debug/caustica
 	scripts/hard_cases.py --check
 	scripts/docs_figures.py --check
+
+deny: setup ## Check licences, sources and versions of the dependencies, by cargo-deny (installed into tools/ if missing)
+	command -v cargo-deny >/dev/null || [ -x tools/bin/cargo-deny ] || cargo install --locked --debug --root tools cargo-deny
+	PATH="$$PATH:$(CURDIR)/tools/bin" cargo deny --locked check bans licenses sources
 
 crosscheck: build ## Hold pictures against what oiiotool, exrheader, OpenEXR and Mitsuba read in them
 	scripts/crosscheck.sh $(CAUSTICA)
