@@ -25,7 +25,7 @@ pub struct StudyArgs {
     #[arg(long, value_name = "FILE.exr")]
     pub reference: Option<PathBuf>,
     /// The standard error of its pixels (EXR), as `caustica reference` writes it: it is no bias of the pictures
-    #[arg(long, value_name = "FILE.exr", requires = "reference")]
+    #[arg(long, value_name = "FILE.exr", conflicts_with = "make_reference")]
     pub reference_stderr: Option<PathBuf>,
     /// Hold them against the mean of many renders; it is kept, and made anew only if scene or settings change
     #[arg(long)]
