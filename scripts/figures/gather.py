@@ -23,7 +23,6 @@ WATER = ["bench --gather --scene data/course_water.toml --points 1e5,1e6 --radii
 CORNELL = [
     "bench --gather --scene data/cornell_b.toml --photons 1e5 --points 1e4 --radii 0.05,0.4,1,5 --repetitions 15",
     "bench --gather --scene data/cornell_b.toml --photons 1e5 --points 1e6 --radii 0.05,0.4,1,5 --repetitions 3",
-    "bench --gather --scene data/cornell_b.toml --photons 1e5 --points 4e6 --radii 0.05,0.4,1 --repetitions 3",
 ]
 
 

@@ -3,6 +3,7 @@ use std::path::PathBuf;
 
 /// Why a file could not be written or read; every text names the path, what is wrong and what would be right.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum OutputError {
     /// The path of an output file names a folder.
     #[error("{path}: this is a folder, not a file; name a file in it, such as {}", .path.join("picture.exr").display())]

@@ -10,6 +10,7 @@ use crate::effects::PathClasses;
 
 /// What the set-up of a render found and took.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct SetupStatistics {
     /// Hit points left by the eye pass.
     pub hit_points: u64,
@@ -39,6 +40,7 @@ pub struct SetupStatistics {
 
 /// Seconds of each phase of a pass.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct PhaseSeconds {
     /// Tracing eye paths anew, and building the tree over their hit points.
     pub eye: f64,
@@ -61,6 +63,7 @@ impl PhaseSeconds {
 
 /// The radii of all hit points, in scene units.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct RadiusRange {
     /// The smallest.
     pub min: f64,
@@ -74,6 +77,7 @@ pub struct RadiusRange {
 
 /// What a pass brought by kinds of paths that are kept together.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct CollectorStatistics {
     /// The kinds of paths.
     pub kinds: PathClasses,
@@ -87,6 +91,7 @@ pub struct CollectorStatistics {
 
 /// What a pass did.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct PassStatistics {
     /// Number of the pass, from 1.
     pub pass: u32,

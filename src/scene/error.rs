@@ -2,6 +2,7 @@ use std::path::PathBuf;
 
 /// Why a scene could not be read: the file, the place in it, what is wrong there and what would be right.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SceneError {
     /// A file as a whole: it is missing, a folder, empty, or not text.
     #[error("{}: {reason}", path.display())]

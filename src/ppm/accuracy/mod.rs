@@ -41,6 +41,7 @@ const CHUNK: usize = 1 << 10;
 
 /// What is known of the error of one pixel, channel by channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct PixelError {
     /// The standard error of the estimate (radiance).
     pub stderr: DVec3,
@@ -55,6 +56,7 @@ pub struct PixelError {
 /// The error of the whole picture: that by which `compare` judges it, √relMSE = `√(mean of e² / (L² + ε))` over pixels and
 /// channels, with ε = [`REL_MSE_EPSILON`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct PictureError {
     /// Passes that the estimate rests on.
     pub passes: u32,
