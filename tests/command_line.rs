@@ -352,7 +352,8 @@ fn bench_holds_the_rivals_against_each_other() {
     assert!(output.status.success(), "{}", text(&output.stderr));
     let csv = text(&output.stdout);
     let overlaps: Vec<&str> = csv.lines().skip(1).map(|line| line.rsplit(',').nth(9).unwrap()).collect();
-    assert_eq!(overlaps.len(), 10, "{csv}");
+    // Ten structures, and the tree once more by each set of instructions that the machine has.
+    assert!((11..=13).contains(&overlaps.len()) && csv.contains(",portable lanes,"), "{csv}");
     assert!(overlaps.iter().all(|count| *count == overlaps[0] && count.parse::<u64>().unwrap() > 1000));
 }
 
