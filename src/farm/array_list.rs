@@ -1,10 +1,6 @@
 use crate::shard;
 
 /// Numbers in rising order as batch systems list them: `0,3-5`.
-///
-/// ```
-/// assert_eq!(caustica::farm::array_list(&[0, 3, 4, 5, 7, 8]), "0,3-5,7-8");
-/// ```
 pub fn array_list(numbers: &[u32]) -> String {
     let runs = numbers.chunk_by(|a, b| a + 1 == *b);
     shard::array_list(runs.filter_map(|run| Some(*run.first()?..=*run.last()?)))
@@ -14,6 +10,11 @@ pub fn array_list(numbers: &[u32]) -> String {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    #[test]
+    fn runs_are_joined() {
+        assert_eq!(array_list(&[0, 3, 4, 5, 7, 8]), "0,3-5,7-8");
+    }
 
     proptest! {
         #[test]
