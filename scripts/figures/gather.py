@@ -1,6 +1,6 @@
 """Photons among hit-point spheres: the sphere tree and its rivals."""
 
-from figures.tools import commands, digits, from_to, keep, merged, paragraphs, table
+from figures.tools import digits, from_to, keep, merged, paragraphs, table, typed
 
 TREE = "sphere tree"
 UNSORTED = "sphere tree (photons as traced)"
@@ -30,10 +30,6 @@ def measured(runs):
     """The report of commands, and its rows by structure for each number of spheres and radius."""
     report = merged(*runs)
     return report, set_ups(report)
-
-
-def shown(*runs):
-    return commands(*(f"caustica {run}" for run in runs))
 
 
 def set_ups(report):
@@ -130,7 +126,7 @@ def gather():
         "Building on all threads (ms; medians, the smallest and the largest over the radii):",
         builds(cases),
         "\n".join([compared(cases), helped(cases), sizes(cases)]),
-        shown(*WALLS),
+        typed(*WALLS),
     )
 
 
@@ -160,7 +156,7 @@ def growth():
     return paragraphs(
         table([*head, "sphere tree (ns an overlap)"], rows),
         f"From the fewest spheres to the most a photon comes to cost: {'; '.join(told)}.",
-        shown(*GROWTH, *GROWTH_OF_A_MILLION),
+        typed(*GROWTH, *GROWTH_OF_A_MILLION),
     )
 
 
@@ -175,7 +171,7 @@ def real():
     return paragraphs(
         of_scene("course_water", WATER),
         of_scene("cornell_b", CORNELL),
-        shown(*WATER, *CORNELL),
+        typed(*WATER, *CORNELL),
     )
 
 
@@ -193,5 +189,5 @@ def variants():
     return paragraphs(
         table(["radius", "sphere tree (ns a photon)", *others], rows),
         f"As multiples of the program's tree: {each}.",
-        shown(*VARIANTS),
+        typed(*VARIANTS),
     )

@@ -106,14 +106,13 @@ def digits(value, significant=3):
 
 
 def span(values, form=digits):
-    """"3.1 to 4.5", from the least to the most."""
-    return f"{form(min(values))} to {form(max(values))}"
+    """The smallest and the largest: `3.1 to 4.5`; one number where they look alike."""
+    return " to ".join(dict.fromkeys((form(min(values)), form(max(values)))))
 
 
 def from_to(values, significant=3):
-    """The smallest and the largest: `1.9 to 2.1`; one number where they look alike."""
-    ends = [digits(end, significant) for end in (min(values), max(values))]
-    return " to ".join(dict.fromkeys(ends))
+    """`span` with so many significant digits."""
+    return span(values, lambda value: digits(value, significant))
 
 
 def with_ends(values, significant=3):
