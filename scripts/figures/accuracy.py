@@ -135,6 +135,46 @@ def convergence():
     )
 
 
+EXACT = "reference data/course_diffuse.toml --size 96x96 --spp 4096 --seed 99 -o out/diffuse_4096.exr"
+PARTS = (
+    "data/course_diffuse.toml --reference out/diffuse_4096.exr --reference-stderr out/diffuse_4096_stderr.exr "
+    "--axes convergence --size 96x96 --budget 240"
+)
+RATES = {"variance": "variance", "squared bias": "bias2", "squared bias of flat pixels": "flat_bias2"}
+
+
+def slope(rate):
+    if rate["measured"] is None:
+        return "not told apart from 0"
+    width = f" ± {rate['standard_error']:.2f}" if rate["standard_error"] is not None else ""
+    return f"{-rate['measured']:.2f}{width} ({-rate['of_schedule']:.2f})"
+
+
+def agreement(told, name, key):
+    """One sentence: by how many standard errors the slopes of a bias are off those of the radii."""
+    rates = [curve["convergence"][key] for curve in told]
+    known = [rate for rate in rates if rate["standard_error"]]
+    if not known:
+        return f"The {name} is not told apart from 0."
+    off = [abs(rate["measured"] - rate["of_schedule"]) for rate in known]
+    times = [distance / rate["standard_error"] for distance, rate in zip(off, known)]
+    verdict = "in agreement" if max(times) <= 2 else "so **theory is not confirmed here**"
+    return f"The {name} is off by {span(off, '{:.2f}'.format)}, {span(times, '{:.1f}'.format)} standard errors: {verdict}."
+
+
+def parts():
+    """Six minutes."""
+    caustica(EXACT)
+    told = [curve for curve in study(PARTS, "out/study_parts")["curves"] if curve["axis"] == "convergence"]
+    rows = [[curve["name"], *(slope(curve["convergence"][key]) for key in RATES.values())] for curve in told]
+    return paragraphs(
+        table(["configuration", *RATES], rows),
+        "Slopes over the last factor of eight of the passes, with one standard error; in brackets what the radii of these passes make of "
+        f"theory. {' '.join(agreement(told, name, key) for name, key in RATES.items() if key != 'variance')}",
+        typed(EXACT, f"study {PARTS} -o out/study_parts"),
+    )
+
+
 WATER = "data/course_water.toml --make-reference --axes alpha,radius,policy --size 96x96 --budget 240"
 TARGET = 10.0
 STUDY_HEAD = ["configuration", "passes", "error (%)", "exponent", "noise, bias in theory", "half costs", f"time to {TARGET:.0f} %"]
@@ -235,6 +275,7 @@ FIGURES = {
     "estimates": estimates,
     "caustic": caustic,
     "convergence": convergence,
+    "parts": parts,
     "water": water,
     "diffuse": diffuse,
 }

@@ -170,11 +170,13 @@ fn scale_radius(configuration: &mut Configuration, factor: f64) {
 }
 
 /// What Knaus and Zwicker analyse: one schedule for all radii and eye paths of its own for each pass, so that nothing but photons,
-/// discs and eye samples that become ever more is in the error.
+/// discs and eye samples that become ever more is in the error. The noise of eye samples falls as `1 / N`, faster than that of photons,
+/// and in large discs many photons would leave it the larger one, so there are few.
 fn converge(configuration: &mut Configuration, alpha: f64) {
-    let Settings { radius, .. } = configuration.settings;
+    let Settings { radius, photons, .. } = configuration.settings;
     configuration.settings = Settings {
         alpha,
+        photons: (photons / 16).max(1),
         radius: radius.map(|radius| 32.0 * radius),
         policy: RadiusPolicy::Shared,
         eye_paths: Some(EyePaths::Retraced),
@@ -349,7 +351,7 @@ mod tests {
         assert!(command("light tracing").ends_with("--seed 3 --method light"));
         assert!(command("shared schedule").ends_with(" --radius-policy shared"));
         assert!(command("shared, alpha 2/3").ends_with(
-            " --alpha 0.6666666666666666 --radius 16 --radius-policy shared --eye-paths retraced"
+            " --photons 62 --alpha 0.6666666666666666 --radius 16 --radius-policy shared --eye-paths retraced"
         ));
         assert!(command("f32 statistics").ends_with(" --precision single"));
         assert!(command("own tree").ends_with(" --traversal custom"));
