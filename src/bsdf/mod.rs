@@ -15,14 +15,12 @@ pub use ggx::Ggx;
 pub use metals::{METALS, Metal};
 pub use plastic::{Coat, Plastic};
 pub use rough::{GlossyLobe, Interface, Response, RoughSurface};
-pub use scattering::{Choice, DiffuseSampling, Event, Scattering, SpecularLobe, Transport, sample_diffuse};
+pub use scattering::{
+    Choice, DiffuseSampling, Event, SPECULAR, Scattering, SpecularLobe, Transport, sample_diffuse,
+};
 
 use crate::math::{Rgb, Vec2, Vec3};
 use fresnel::{conductor_reflectance, reflect};
-
-/// Whether surfaces can mirror and refract at all: in every program but that which measures what this ability costs scenes
-/// that have no use for it. There such surfaces are black.
-pub const SPECULAR: bool = !cfg!(feature = "lambertian-only");
 
 /// A surface's scattering function. Reflectances are dimensionless and in `[0, 1]` per channel.
 #[derive(Clone, Copy, Debug, PartialEq)]

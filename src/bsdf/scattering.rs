@@ -1,5 +1,9 @@
-use super::{Coat, SPECULAR};
+use super::Coat;
 use crate::math::{Rgb, Rng, Vec3, warp};
+
+/// Whether surfaces can mirror and refract at all: in every program but that which measures what this ability costs scenes
+/// that have no use for it. There such surfaces are black.
+pub const SPECULAR: bool = !cfg!(feature = "lambertian-only");
 
 /// What a path carries, which decides how it changes at a refracting interface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
