@@ -3,8 +3,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::MAX_SEGMENTS;
-use super::path_tracer::{random_lens_sample, random_ray};
+use super::path_tracer::{MAX_SEGMENTS, random_lens_sample, random_ray};
 use crate::bsdf::{Choice, Coat, DiffuseSampling, Event, Scattering, Transport, sample_diffuse};
 use crate::math::{DVec3, Frame, Ray, Rgb, Rng, Stream, Vec2, Vec3};
 use crate::scene::{FilmDesc, Media, Scene, SurfaceHit};

@@ -12,9 +12,6 @@ use crate::scene::Scene;
 
 use pixel_estimates::PixelEstimates;
 
-/// Longer paths than this are cut; with an albedo of .9 one in 10⁴⁵ is.
-const MAX_SEGMENTS: u32 = 1000;
-
 /// From which end paths start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
