@@ -3,8 +3,10 @@
 
 mod build;
 mod gather;
+mod gatherer;
 mod items;
 mod list_pool;
+mod part;
 mod point_lists;
 mod prepared_ray;
 mod primitive;
@@ -24,7 +26,7 @@ mod walk;
 mod wide;
 
 pub use build::build;
-pub use gather::{Balls, EachMeeting, Gatherer, Leaf, Radii};
+pub use gatherer::{Balls, EachMeeting, Gatherer, Leaf, Radii};
 pub use point_lists::Points;
 pub use ray_bvh::RayBvh;
 pub use ray_bvh_builder::RayBvhBuilder;

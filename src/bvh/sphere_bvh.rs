@@ -3,8 +3,10 @@
 use rayon::prelude::*;
 
 use super::build::{build_boxes, build_cubes};
-use super::gather::{EachMeeting, Gatherer, Radii, gather};
+use super::gather::gather;
+use super::gatherer::{EachMeeting, Gatherer, Radii};
 use super::list_pool::ListPool;
+use super::part::Part;
 use super::sphere::{Sphere, common_reach};
 use super::split::Weight;
 use super::tree::{Node, Tree};
@@ -25,7 +27,7 @@ pub struct SphereBvh {
     tree: Tree,
     centers: [Vec<f32>; 3],
     radii: Vec<f32>,
-    pub(super) pool: ListPool,
+    pool: ListPool,
 }
 
 impl SphereBvh {
@@ -148,11 +150,17 @@ impl SphereBvh {
         gatherer: &G,
     ) -> G::Tally {
         assert_eq!(states.len(), self.len(), "gather needs one state for each sphere");
-        gather(self, isa, points, states, gatherer)
+        if self.is_empty() {
+            return G::Tally::default();
+        }
+        let pool = std::mem::take(&mut self.pool);
+        let tally = gather(self.parts(states), &pool, isa, points, gatherer);
+        self.pool = pool;
+        tally
     }
 
     /// The whole tree as a part, and the columns of all centres.
-    pub(super) fn parts<'a, S>(&'a mut self, states: &'a mut [S]) -> (Part<'a, S>, [&'a [f32]; 3]) {
+    fn parts<'a, S>(&'a mut self, states: &'a mut [S]) -> (Part<'a, S>, [&'a [f32]; 3]) {
         let part = Part { nodes: &mut self.tree.nodes, radii: &mut self.radii, states };
         (part, self.centers.each_ref().map(|column| column.as_slice()))
     }
@@ -182,57 +190,6 @@ impl SphereBvh {
 fn sphere_at(centers: &[Vec<f32>; 3], radii: &[f32], position: usize) -> Sphere {
     let [x, y, z] = centers.each_ref().map(|column| column[position]);
     Sphere { center: Vec3::new(x, y, z), radius: radii[position] }
-}
-
-/// A subtree with its spheres' radii and states, which nobody else touches meanwhile.
-pub(super) struct Part<'a, S> {
-    /// The first is the root.
-    pub(super) nodes: &'a mut [Node],
-    pub(super) radii: &'a mut [f32],
-    pub(super) states: &'a mut [S],
-}
-
-impl<S> Part<'_, S> {
-    /// The two halves below an inner node.
-    pub(super) fn children(&mut self) -> (Part<'_, S>, Part<'_, S>) {
-        let first = self.nodes[0].first;
-        let size = self.nodes[1].size as usize;
-        let (left, right) = self.nodes[1..].split_at_mut(size);
-        let n_left = (right[0].first - first) as usize;
-        let (left_radii, right_radii) = self.radii.split_at_mut(n_left);
-        let (left_states, right_states) = self.states.split_at_mut(n_left);
-        (
-            Part { nodes: left, radii: left_radii, states: left_states },
-            Part { nodes: right, radii: right_radii, states: right_states },
-        )
-    }
-
-    /// Tightens the root's box after those of its children.
-    pub(super) fn follow_children(&mut self, radii: [Radii; 2]) -> Radii {
-        if radii == [Radii::Kept; 2] {
-            return Radii::Kept;
-        }
-        let right = 1 + self.nodes[1].size as usize;
-        self.nodes[0].bounds = self.nodes[1].bounds.union(self.nodes[right].bounds);
-        Radii::Changed
-    }
-
-    /// Tightens the box of a leaf.
-    pub(super) fn follow_spheres(&mut self, centers: [&[f32]; 3], radii: Radii) -> Radii {
-        if radii == Radii::Changed {
-            let first = self.nodes[0].first as usize;
-            let [x, y, z] = centers.map(|column| &column[first..first + self.radii.len()]);
-            let spheres = self
-                .radii
-                .iter()
-                .zip(x)
-                .zip(y)
-                .zip(z)
-                .map(|(((&radius, &x), &y), &z)| Sphere { center: Vec3::new(x, y, z), radius });
-            self.nodes[0].bounds = spheres.map(|s| s.bounds()).fold(Aabb::EMPTY, Aabb::union);
-        }
-        radii
-    }
 }
 
 fn refit_part(part: &mut Part<()>, centers: [&[f32]; 3], radius_of: &(impl Fn(usize) -> f32 + Sync)) {
