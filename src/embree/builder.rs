@@ -1,13 +1,10 @@
 use super::device::Device;
-use super::error::{EmbreeError, check};
+use super::error::{EmbreeError, MAX_COORDINATE, check};
 use super::geometry::Geometry;
 use super::scene::Scene;
 use super::scene_handle::SceneHandle;
 use super::{GeometryId, SceneOptions, sys};
 use crate::math::Vec3;
-
-/// Embree drops primitives that reach beyond this: squares of larger coordinates overflow.
-pub(super) const MAX_COORDINATE: f32 = 1.8e18;
 
 /// A ball to trace, hit from outside and from inside.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,9 +1,11 @@
 use std::cell::Cell;
 use std::ffi::{CStr, c_char, c_void};
 
-use super::device::Version;
-use super::sys;
+use super::{Version, sys};
 use crate::math::Vec3;
+
+/// Embree drops primitives that reach beyond this: squares of larger coordinates overflow.
+pub(super) const MAX_COORDINATE: f32 = 1.8e18;
 
 /// Why Embree cannot be used as asked.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -53,7 +55,7 @@ pub enum EmbreeError {
         vertices: usize,
     },
     /// A vertex that Embree would silently drop, with all triangles around it.
-    #[error("vertex {vertex} is at {position}: its coordinates must be finite and within ±{limit:e}", limit = super::builder::MAX_COORDINATE)]
+    #[error("vertex {vertex} is at {position}: its coordinates must be finite and within ±{limit:e}", limit = MAX_COORDINATE)]
     Vertex {
         /// The number of the vertex.
         vertex: usize,
@@ -61,7 +63,7 @@ pub enum EmbreeError {
         position: Vec3,
     },
     /// A sphere whose bounds Embree cannot represent.
-    #[error("sphere {sphere} has its center at {center} and radius {radius}: the radius must be positive, and the sphere finite and within ±{limit:e}", limit = super::builder::MAX_COORDINATE)]
+    #[error("sphere {sphere} has its center at {center} and radius {radius}: the radius must be positive, and the sphere finite and within ±{limit:e}", limit = MAX_COORDINATE)]
     Sphere {
         /// The number of the sphere.
         sphere: usize,

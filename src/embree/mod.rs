@@ -31,14 +31,16 @@ mod point_query;
 mod scene;
 mod scene_handle;
 mod sys;
+mod version;
 
 pub use builder::{SceneBuilder, Sphere};
-pub use device::{Device, Version};
+pub use device::Device;
 pub use error::EmbreeError;
 pub use options::{BuildQuality, SceneOptions};
 pub use packet::{Coherence, HitPacket, PACKET, PacketWidth, RayPacket, Row};
 pub use point_query::SphereQuery;
 pub use scene::{Hit, Scene};
+pub use version::Version;
 
 /// The number of a geometry in its scene: they count up from 0 in the order of adding.
 pub type GeometryId = u32;
