@@ -1,6 +1,7 @@
 use super::aim_cone::Cone;
+use super::choice::{choice, place};
 use super::emitter::{Emitter, Kind};
-use super::selection::{self, Lights};
+use super::selection::Lights;
 use crate::math::{BoundingSphere, Rgb, Rng, Vec3};
 
 /// Photons aimed at balls: another way of drawing what leaves the lights, to be mixed with [`Lights::sample_emission`].
@@ -78,8 +79,8 @@ impl Aim {
 
     /// An emission drawn by `p_aim`.
     pub fn sample(&self, rng: &mut Rng) -> AimedSample {
-        let u = selection::choice(rng.next_f32(), rng.next_f32());
-        let chosen = selection::place(&self.cumulative, u);
+        let u = choice(rng.next_f32(), rng.next_f32());
+        let chosen = place(&self.cumulative, u);
         let (light, ball) = (chosen / self.balls.len(), chosen % self.balls.len());
         let Source { emitter, probability } = &self.sources[light];
         let origin = emitter.origin(rng.next_vec2());

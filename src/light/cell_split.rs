@@ -1,6 +1,6 @@
 //! Cells of the cube that emissions are drawn from, and where photons tell to split them.
 
-use super::guide::{DIMENSIONS, Start};
+use super::start::{DIMENSIONS, Start};
 use super::tally::{Example, LEVELS, Tally};
 
 /// How many parts of a cell are told apart along each axis before it is split between two of them.

@@ -3,6 +3,13 @@ use std::f64::consts::FRAC_1_PI;
 use super::{EmissionSample, Light, Patch, error, normal, point_of_sphere, point_on};
 use crate::math::{Frame, Rgb, Rng, Vec2, Vec3, offset_origin, warp};
 
+impl Light {
+    /// A photon: origin and direction drawn in proportion to the emitted flux.
+    pub fn sample_emission(&self, rng: &mut Rng) -> EmissionSample {
+        Emitter::new(self.clone()).sample(rng)
+    }
+}
+
 /// A light, with what is the same for all of its photons.
 #[derive(Clone, Debug)]
 pub(super) struct Emitter {

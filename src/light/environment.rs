@@ -1,8 +1,8 @@
 use std::f32::consts::PI;
 use std::f64::consts::PI as PI64;
 
+use super::choice::place;
 use super::distant::{beyond, cross_section, outside};
-use super::selection::place;
 use super::{EmissionSample, IlluminationSample};
 use crate::film::Image;
 use crate::math::{BoundingSphere, DVec3, Rgb, Vec2, Vec3, mean, warp};

@@ -1,16 +1,7 @@
+use super::choice::place;
 use super::guide_tree::GuideTree;
-use super::selection::{choice, place};
+use super::start::{Numbers, Start, start};
 use crate::math::UNIT;
-
-/// The numbers that an emission is drawn by, in the order in which they are drawn: two choose the light, the first coarsely and the
-/// last finely; four place and direct it.
-pub type Numbers = [f32; 6];
-
-/// How many dimensions a start has: the choice of the light, and four numbers.
-pub const DIMENSIONS: usize = 5;
-
-/// The start of a photon as what it is drawn by: a point of the unit cube.
-pub type Start = [f64; DIMENSIONS];
 
 /// The largest number below 1 that [`Numbers`] know.
 const LAST: f32 = 1.0 - UNIT;
@@ -90,11 +81,6 @@ impl Guide {
     pub fn memory_bytes(&self) -> usize {
         self.tree.memory_bytes() + size_of_val(&*self.cumulative) + size_of_val(&*self.weights)
     }
-}
-
-/// The point of the cube that numbers stand for.
-pub fn start([coarse, a, b, c, d, fine]: Numbers) -> Start {
-    [choice(coarse, fine), a.into(), b.into(), c.into(), d.into()]
 }
 
 /// The coarse and the fine number of a choice in `[0, 1)`.

@@ -1,5 +1,5 @@
 use super::cell_split::{Cell, Plane, best_split};
-use super::guide::Start;
+use super::start::Start;
 use super::tally::{Example, LEVELS, Purpose, Tally};
 
 /// No more lights are told apart without a photon that tells why.

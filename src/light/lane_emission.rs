@@ -1,6 +1,6 @@
 use super::Lights;
+use super::choice::choice;
 use super::emitter::{Emitter, Kind};
-use super::selection;
 use crate::math::Vec2;
 use crate::simd::{LANES, LaneFrame, LaneVec3, Lanes, Mask, warp};
 
@@ -74,7 +74,7 @@ impl Lights {
         });
         let (mut origin, mut dir, mut power) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3], [[0.0; LANES]; 3]);
         for lane in (0..LANES).filter(|lane| others >> lane & 1 != 0) {
-            let chosen = self.choose_emitter(selection::choice(coarse[lane], fine[lane]));
+            let chosen = self.choose_emitter(choice(coarse[lane], fine[lane]));
             let Some((emitter @ Emitter { kind: Kind::Other(light), .. }, p)) = chosen else { continue };
             let (place, u) = (Vec2::new(a[lane], b[lane]), Vec2::new(c[lane], d[lane]));
             let photon = emitter.other(light, place, u);
@@ -94,7 +94,7 @@ impl Lights {
     fn sources(&self, coarse: &Row, fine: &Row) -> Sources {
         let mut sources = Sources::NONE;
         for (lane, (&coarse, &fine)) in coarse.iter().zip(fine).enumerate() {
-            if let Some((emitter, p)) = self.choose_emitter(selection::choice(coarse, fine)) {
+            if let Some((emitter, p)) = self.choose_emitter(choice(coarse, fine)) {
                 sources.set(lane, emitter, p);
             }
         }

@@ -3,32 +3,35 @@
 mod aim;
 mod aim_cone;
 mod cell_split;
+mod choice;
 mod distant;
 mod emitter;
 mod environment;
 mod guide;
 mod guide_tree;
 mod lane_emission;
+mod sample;
 mod selection;
 mod spot;
+mod start;
 mod tally;
 
 pub use aim::{Aim, AimedSample};
 pub use distant::Distant;
 pub use environment::{Environment, Panorama};
-pub use guide::{Guide, Numbers, Start, start};
+pub use guide::Guide;
 pub(crate) use guide_tree::GuideTree;
 pub(crate) use lane_emission::LaneEmission;
+pub use sample::{EmissionSample, IlluminationSample};
 pub use selection::Lights;
 pub use spot::Spot;
+pub use start::{Numbers, Start, start};
 pub(crate) use tally::{Example, LEVELS, Purpose};
 
 use std::f32::consts::PI;
 use std::sync::Arc;
 
-use emitter::Emitter;
-
-use crate::math::{Frame, RELATIVE_POSITION_ERROR, Rgb, Rng, Vec2, Vec3, offset_origin, warp};
+use crate::math::{Frame, RELATIVE_POSITION_ERROR, Rgb, Vec2, Vec3, offset_origin, warp};
 
 /// A source of light.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,32 +67,6 @@ pub enum Light {
     },
 }
 
-/// The start of a photon.
-#[derive(Clone, Copy, Debug)]
-pub struct EmissionSample {
-    /// Where it starts, already off the light's surface.
-    pub origin: Vec3,
-    /// Where it goes, unit.
-    pub dir: Vec3,
-    /// What it carries: emitted flux over the density of the sample (W).
-    pub power: Rgb,
-}
-
-/// The end of a shadow ray on a light.
-#[derive(Clone, Copy, Debug)]
-pub struct IlluminationSample {
-    /// The point on the light, already off its surface.
-    pub target: Vec3,
-    /// How uncertain `target` is, in scene units; the shadow ray ends that far before it.
-    pub target_error: f32,
-    /// Direction to the light, unit.
-    pub wi: Vec3,
-    /// Irradiance on a surface that faces the light, over the density of the sample (W/m²).
-    pub irradiance: Rgb,
-    /// The density of `wi` (1/sr); infinite of a light without extent.
-    pub pdf_w: f32,
-}
-
 impl Light {
     /// The whole emitted flux (W): `4π I` for a point, `π A L` for a Lambertian triangle or sphere; of light from afar what enters a
     /// ball around the scene.
@@ -109,11 +86,6 @@ impl Light {
             Light::Sphere { radius, radiance, .. } => PI * sphere_area(*radius) * *radiance,
             Light::Environment(environment) => environment.flux(),
         }
-    }
-
-    /// A photon: origin and direction drawn in proportion to the emitted flux.
-    pub fn sample_emission(&self, rng: &mut Rng) -> EmissionSample {
-        Emitter::new(self.clone()).sample(rng)
     }
 
     /// The light's illumination of the point `p`: exact where the light has no extent, else one sample of its area.
@@ -243,7 +215,7 @@ fn error(corners: &[Vec3; 3]) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::{DVec3, Stream};
+    use crate::math::{DVec3, Rng, Stream};
 
     const LAMP: Light = Light::Triangle {
         corners: [Vec3::ZERO, Vec3::new(2.0, 0.0, 0.0), Vec3::new(0.0, 0.0, 2.0)],

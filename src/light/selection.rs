@@ -1,9 +1,10 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
+use super::choice::choice;
 use super::emitter::Emitter;
 use super::{EmissionSample, Environment, IlluminationSample, Light, sphere_area, versine_of_sphere};
-use crate::math::{Rgb, Rng, UNIT, Vec3, mean};
+use crate::math::{Rgb, Rng, Vec3, mean};
 
 /// The lights of a scene that emit anything, and the choice among them in proportion to their flux.
 ///
@@ -153,12 +154,6 @@ impl Lights {
 /// How many numbers after that which chooses a light comes the one that refines it, behind those of an emission.
 const REFINING_NUMBER: usize = 5;
 
-/// A number in `[0, 1)` that chooses a light: multiples of 2⁻²⁴ would choose a light of 10⁻¹² of the flux 60,000 times too
-/// often, or never.
-pub(super) fn choice(coarse: f32, fine: f32) -> f64 {
-    f64::from(coarse) + f64::from(UNIT) * f64::from(fine)
-}
-
 /// [`choice`] by the next number and one that is only looked ahead at: whoever draws it later shares it with a choice of a
 /// light that hung on it, which one in millions does.
 fn draw_choice(rng: &mut Rng) -> f64 {
@@ -166,11 +161,6 @@ fn draw_choice(rng: &mut Rng) -> f64 {
     let mut ahead = rng.clone();
     let fine = (0..REFINING_NUMBER).fold(0.0, |_, _| ahead.next_f32());
     choice(coarse, fine)
-}
-
-/// The place that `u` in `[0, 1)` chooses, by running sums up to 1, which rounding may leave a little less.
-pub(super) fn place(cumulative: &[f64], u: f64) -> usize {
-    cumulative.partition_point(|&c| c <= u).min(cumulative.len() - 1)
 }
 
 /// A discrete distribution in proportion to flux: running sums in f64, normalised.
@@ -207,7 +197,7 @@ impl Distribution {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::Stream;
+    use crate::math::{Stream, UNIT};
 
     fn point(watts: f32) -> Light {
         Light::Point { position: Vec3::ZERO, intensity: Rgb::splat(watts) }

@@ -1,6 +1,6 @@
 //! Photons that were followed, and what those of a cell tell together.
 
-use super::guide::Start;
+use super::start::Start;
 
 /// How many degrees of coming near are told apart.
 pub const LEVELS: usize = 8;
