@@ -1,46 +1,17 @@
 //! Gathering: every photon is added to all hit points whose sphere contains it; then their radii shrink.
 
 use std::marker::PhantomData;
-use std::ops::{Add, Range};
+use std::ops::Range;
 
 use super::gather_glossy::GlossyGatherer;
-use super::lane_parts::{LaneParts, PartArrays};
+use super::gather_task::{Task, close};
+use super::lane_parts::LaneParts;
+use super::received::MIN_NORMAL_COSINE;
 use super::statistic::{Gathers, Statistics};
-use super::{Facets, GlossyPoint, PassSum, Photon, Photons};
+use super::{Facets, Found, GlossyPoint, Photon, Photons};
 use crate::bvh::{Gatherer, Leaf, Radii, SphereBvh};
-use crate::math::{DVec3, Rgb};
-use crate::scene::Receiver;
+use crate::math::Rgb;
 use crate::simd::{Isa, LANES, LaneVec3, Lanes, Mask};
-
-/// Photons whose surface is turned further than this away from the hit point's lie on another wall.
-pub(super) const MIN_NORMAL_COSINE: f32 = 1e-3;
-
-/// The flux (W) that a photon within the radius brings to the side of the surface that is seen.
-///
-/// `None` unless it arrives on that side, and on a surface that faces the same way (not the back of a thin wall,
-/// nor the other wall of a corner).
-pub fn received(receiver: &Receiver, photon: &Photon) -> Option<Rgb> {
-    let same_wall = receiver.ng.dot(photon.ng) > MIN_NORMAL_COSINE;
-    let response = receiver.response(photon.wi).filter(|_| same_wall)?;
-    Some(response * photon.power)
-}
-
-/// Pairs of a hit point and a photon within its radius, of one pass.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Found {
-    /// Those that bring flux.
-    pub accepted: u64,
-    /// Those that belong to another side.
-    pub rejected: u64,
-}
-
-impl Add for Found {
-    type Output = Found;
-
-    fn add(self, other: Found) -> Found {
-        Found { accepted: self.accepted + other.accepted, rejected: self.rejected + other.rejected }
-    }
-}
 
 /// What photons arrive at, in the order of the tree.
 #[derive(Clone, Copy)]
@@ -92,19 +63,6 @@ struct PhotonGatherer<'a, S> {
     photons: &'a Photons<'a>,
     alpha: f64,
     state: PhantomData<fn(S)>,
-}
-
-/// The photons of a task, close together, and what became of them.
-pub(super) struct Task {
-    pub photons: Vec<Photon>,
-    pub found: Found,
-}
-
-impl Task {
-    /// With the photons of these numbers.
-    pub fn of(photons: &Photons, numbers: &[u32]) -> Task {
-        Task { photons: photons.pick(numbers), found: Found::default() }
-    }
 }
 
 impl<S: Gathers> Gatherer for PhotonGatherer<'_, S> {
@@ -224,80 +182,17 @@ impl<L: Lanes> LaneSums<L> {
     }
 }
 
-/// What the end of a pass did to the hit points of a leaf.
-pub(super) struct Closed {
-    pub radii: Radii,
-    /// Photons accepted by any of them.
-    pub accepted: u64,
-}
-
-/// Closes the pass for the hit points of a leaf, those that accepted photons.
-#[inline(always)]
-pub(super) fn close<S: Gathers>(
-    states: &mut [S],
-    radii: &mut [f32],
-    mut touched: Mask,
-    [red, green, blue, count]: &[[f64; LANES]; 4],
-    parts: Option<&PartArrays>,
-    alpha: f64,
-) -> Closed {
-    let mut closed = Closed { radii: Radii::Kept, accepted: 0 };
-    while touched != 0 {
-        let lane = touched.trailing_zeros() as usize % LANES;
-        touched &= touched - 1;
-        let flux = DVec3::new(red[lane], green[lane], blue[lane]);
-        let pass = PassSum { flux, accepted: count[lane] as u32 };
-        let parts = parts.map(|parts| parts.lane(lane)).unwrap_or_default();
-        states[lane].after_pass(&pass, &parts, alpha);
-        closed.accepted += u64::from(pass.accepted);
-        let shrunk = states[lane].radius() as f32;
-        if shrunk != radii[lane] {
-            radii[lane] = shrunk;
-            closed.radii = Radii::Changed;
-        }
-    }
-    closed
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::evenness::{PartSums, TestedState};
     use super::super::photons::Deposits;
     use super::super::statistic::{SingleState, Statistic};
-    use super::super::{GatherState, HitPoint};
+    use super::super::{GatherState, HitPoint, PassSum, received};
     use super::*;
     use crate::bsdf::Coat;
     use crate::bvh::Sphere;
     use crate::math::{Frame, Rng, Stream, Vec3, mean, warp};
-
-    fn photon(wi: Vec3, ng: Vec3) -> Photon {
-        Photon { wi, ng, power: Rgb::ONE }
-    }
-
-    #[test]
-    fn only_the_side_that_is_seen_accepts_photons() {
-        let floor = Receiver { p: Vec3::ZERO, p_error: 0.0, ng: Vec3::Y, ns: Vec3::Y, coat: Coat::NONE };
-        let slanted = Vec3::new(0.6, 0.8, 0.0);
-        assert_eq!(received(&floor, &photon(slanted, Vec3::Y)), Some(Rgb::ONE));
-        assert_eq!(received(&floor, &photon(-slanted, Vec3::NEG_Y)), None, "back of a thin wall");
-        assert_eq!(received(&floor, &photon(slanted, Vec3::X)), None, "the other wall of a corner");
-        assert_eq!(received(&floor, &photon(Vec3::NEG_Y, Vec3::Y)), None, "from below");
-    }
-
-    /// Flux counts by the true surface, irradiance by the shading normal.
-    #[test]
-    fn shading_normal_weighs_the_flux() {
-        let tilted = Receiver {
-            p: Vec3::ZERO,
-            p_error: 0.0,
-            ng: Vec3::Y,
-            ns: Vec3::new(0.6, 0.8, 0.0),
-            coat: Coat::NONE,
-        };
-        assert_eq!(received(&tilted, &photon(Vec3::Y, Vec3::Y)), Some(Rgb::splat(0.8)));
-        let away = Vec3::new(-0.9, 0.43589, 0.0);
-        assert_eq!(received(&tilted, &photon(away, Vec3::Y)), None, "it faces away from such light");
-    }
+    use crate::scene::Receiver;
 
     fn vector(rng: &mut Rng) -> Vec3 {
         warp::square_to_uniform_sphere(rng.next_vec2())

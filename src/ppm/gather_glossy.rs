@@ -2,7 +2,7 @@
 
 use std::marker::PhantomData;
 
-use super::gather::{Task, close};
+use super::gather_task::{Task, close};
 use super::statistic::Gathers;
 use super::{Found, GlossyPoint, Photons};
 use crate::bvh::{Gatherer, Leaf, Radii};

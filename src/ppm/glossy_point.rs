@@ -1,4 +1,4 @@
-use super::gather::MIN_NORMAL_COSINE;
+use super::received::MIN_NORMAL_COSINE;
 use super::{HitPoint, Photon};
 use crate::bsdf::{GlossyLobe, Response};
 use crate::math::{Frame, Rgb, Vec3};
