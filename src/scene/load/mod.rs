@@ -19,6 +19,7 @@ mod pictures;
 mod places;
 mod ply;
 mod polygon;
+mod scene_text;
 mod settings;
 mod source;
 mod statements;
@@ -84,7 +85,7 @@ fn without_parameters(path: &Path, reader: &Reader) -> Result<(), SceneError> {
 }
 
 fn read_toml(path: &Path, reader: &Reader) -> Result<SceneDesc, SceneError> {
-    let text = source::read_scene_text(path, reader)?;
+    let text = scene_text::read_scene_text(path, reader)?;
     let source = Source::new(path, &text);
     let table = DeTable::parse(&text).map_err(|e| syntax_error(&source, &e))?;
     const TABLES: [&str; 11] = [

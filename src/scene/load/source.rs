@@ -4,8 +4,6 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::super::SceneError;
-use super::access::{Denial, Reader};
-use crate::input;
 
 /// A scene file's path and text.
 pub(super) struct Source<'a> {
@@ -41,25 +39,6 @@ impl<'a> Source<'a> {
 /// An error about a whole file.
 pub(super) fn file_error(path: &Path, reason: impl Into<String>) -> SceneError {
     SceneError::File { path: path.to_owned(), reason: reason.into() }
-}
-
-/// The text of a scene file without its byte order mark, if it has one.
-pub(super) fn read_scene_text(path: &Path, reader: &Reader) -> Result<String, SceneError> {
-    const KIND: &str = "a scene file (TOML or XML, UTF-8)";
-    let bytes = reader.read(path, KIND).map_err(|denial: Denial| file_error(path, denial.reason()))?;
-    let most = reader.limits().scene_bytes;
-    if bytes.len() as u64 > most {
-        let (length, most) = (input::size(bytes.len() as u64), input::size(most));
-        return Err(file_error(path, format!("holds {length}; allowed in the sandbox: {most}")));
-    }
-    let text = String::from_utf8(bytes).map_err(|e| {
-        let line = e.as_bytes()[..e.utf8_error().valid_up_to()].split(|&b| b == b'\n').count();
-        file_error(path, format!("is not UTF-8 (line {line}); {KIND} is expected"))
-    })?;
-    if text.trim().is_empty() {
-        return Err(file_error(path, format!("is empty; {KIND} with at least a camera is expected")));
-    }
-    Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))
 }
 
 #[cfg(test)]

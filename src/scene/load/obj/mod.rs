@@ -1,41 +1,16 @@
 //! OBJ files: positions, normals and faces, joined into vertices that have one of each.
 
+mod content;
 mod join;
 mod scan;
 
 use std::path::Path;
 
+pub(super) use self::content::{Keep, Obj};
+
 use self::scan::Scan;
 use super::super::SceneError;
-use super::geometry::Geometry;
 use super::statements::decode;
-
-/// What an OBJ file holds, cut into triangles.
-#[derive(Clone, Debug)]
-pub(super) struct Obj {
-    pub geometry: Geometry,
-    /// Per triangle an index into `material_names`, or none before the first `usemtl`.
-    pub materials: Vec<Option<u32>>,
-    pub material_names: Vec<String>,
-    /// What stands behind each `mtllib`, with its line.
-    pub libraries: Vec<(usize, String)>,
-}
-
-impl Obj {
-    /// Geometry without materials.
-    pub fn of(geometry: Geometry) -> Obj {
-        let materials = vec![None; geometry.triangles.len()];
-        Obj { geometry, materials, material_names: Vec::new(), libraries: Vec::new() }
-    }
-}
-
-/// What of a corner is kept beside its position.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) struct Keep {
-    pub normals: bool,
-    /// Texture coordinates.
-    pub uvs: bool,
-}
 
 /// Reads the bytes of an OBJ file. Corners that differ in nothing that is kept share a vertex.
 ///

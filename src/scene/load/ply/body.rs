@@ -1,6 +1,6 @@
 //! The elements of a PLY file: vertices and faces; what others there are is passed over.
 
-use super::Fault;
+use super::fault::Fault;
 use super::header::{Element, Header, Property};
 use super::values::Values;
 use crate::math::{Vec2, Vec3};

@@ -1,6 +1,7 @@
 //! PLY meshes: a header that says what follows, then ASCII or binary values of either byte order.
 
 mod body;
+mod fault;
 mod header;
 mod values;
 
@@ -32,13 +33,6 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Geometry, SceneError> {
         return Err(file_error(path, NO_FACE));
     }
     Ok(geometry)
-}
-
-/// What is wrong in the body, and in which line of an ASCII file.
-#[derive(Debug)]
-struct Fault {
-    line: Option<usize>,
-    reason: String,
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! The values of a PLY file, one after the other.
 
-use super::Fault;
+use super::fault::Fault;
 use super::header::Kind;
 use crate::scene::load::fields::shortened;
 

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::super::super::SceneError;
 use super::super::access::{Denial, Reader};
 use super::super::fields::unknown_name;
-use super::super::source::read_scene_text;
+use super::super::scene_text::read_scene_text;
 use super::element::{Element, MOST_ELEMENTS, parse};
 
 /// Files may include each other this deep.
