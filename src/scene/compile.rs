@@ -5,11 +5,11 @@ use super::gist::Gist;
 use super::media::Absorbers;
 use super::surface::Surface;
 use super::tracer::Tracer;
-use super::{Mesh, Scene, Traversal, TraversalError};
+use super::{Mesh, Scene, Traversal, TraversalError, ball};
 use crate::camera::Camera;
 use crate::embree::EmbreeError;
 use crate::light::{Light, Lights};
-use crate::math::{Aabb, BoundingSphere, Rgb, Vec3};
+use crate::math::{Aabb, Rgb};
 
 impl Scene {
     /// Makes a description traceable by Embree.
@@ -110,14 +110,6 @@ fn without_idle_coordinates(mesh: Mesh, materials: &[Material]) -> Mesh {
 fn surfaces(meshes: Vec<Mesh>, spheres: Vec<SphereDesc>) -> Vec<Surface> {
     let spheres = (!spheres.is_empty()).then_some(Surface::Spheres(spheres));
     meshes.into_iter().map(Surface::of_mesh).chain(spheres).collect()
-}
-
-/// What light from afar enters by: around all surfaces, or any where there are none.
-pub(super) fn ball(bounds: Aabb) -> BoundingSphere {
-    if bounds.is_empty() {
-        return BoundingSphere { center: Vec3::ZERO, radius: 1.0 };
-    }
-    BoundingSphere::around([(bounds.min, 0.0), (bounds.max, 0.0)])
 }
 
 /// The surfaces that shine: triangles, then spheres.

@@ -59,6 +59,12 @@ impl SceneDesc {
         }
     }
 
+    /// The same without a line of any item: for a description that is no file's any more.
+    #[must_use]
+    pub fn without_places(self) -> SceneDesc {
+        SceneDesc { places: Places::default(), ..self }
+    }
+
     /// Makes the scene `scale` times as large, then moves it by `shift`; lights and absorption change so that
     /// every radiance stays.
     pub fn place(&mut self, scale: f32, shift: Vec3) {

@@ -8,6 +8,7 @@
 #![doc = include_str!("../../docs/scenes.md")]
 #![doc = include_str!("../../docs/formats.md")]
 
+mod bodies;
 mod casters;
 mod compile;
 mod desc;
@@ -17,6 +18,7 @@ mod gist;
 mod load;
 mod media;
 mod mesh;
+mod names;
 mod places;
 mod save;
 mod surface;
@@ -54,7 +56,7 @@ use crate::bsdf::{Bsdf, GlossyLobe, SPECULAR, Scattering, Transport};
 use crate::camera::Camera;
 use crate::embree::PACKET;
 use crate::light::{Light, Lights};
-use crate::math::{Aabb, Ray, Rgb, Rng, Vec2};
+use crate::math::{Aabb, BoundingSphere, Ray, Rgb, Rng, Vec2, Vec3};
 
 /// A traceable scene: immutable, so that any number of threads may query it.
 #[derive(Debug)]
@@ -272,7 +274,7 @@ impl Scene {
 
     /// The lights that belong to no surface, those without power, too, in the order of the description.
     pub fn free_lights(&self) -> Vec<(Item, Light)> {
-        let ball = compile::ball(self.bounds);
+        let ball = ball(self.bounds);
         let points = self.point_lights.iter().zip(0..).map(|(l, n)| (Item::PointLight(n), l.light()));
         let further =
             self.further_lights.iter().zip(0..).map(|(l, n)| (Item::FurtherLight(n), l.light(ball)));
@@ -313,4 +315,12 @@ impl Scene {
     pub fn bounds(&self) -> Aabb {
         self.bounds
     }
+}
+
+/// What light from afar enters by: around all surfaces, or any where there are none.
+fn ball(bounds: Aabb) -> BoundingSphere {
+    if bounds.is_empty() {
+        return BoundingSphere { center: Vec3::ZERO, radius: 1.0 };
+    }
+    BoundingSphere::around([(bounds.min, 0.0), (bounds.max, 0.0)])
 }

@@ -1,17 +1,15 @@
-use super::{Scene, SceneDesc};
-
 /// Something that a scene file describes; numbers count from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Item {
-    /// Of [`SceneDesc::materials`].
+    /// Of [`super::SceneDesc::materials`].
     Material(u32),
-    /// Of [`SceneDesc::spheres`].
+    /// Of [`super::SceneDesc::spheres`].
     Sphere(u32),
-    /// Of [`SceneDesc::meshes`].
+    /// Of [`super::SceneDesc::meshes`].
     Mesh(u32),
-    /// Of [`SceneDesc::point_lights`].
+    /// Of [`super::SceneDesc::point_lights`].
     PointLight(u32),
-    /// Of [`SceneDesc::further_lights`].
+    /// Of [`super::SceneDesc::further_lights`].
     FurtherLight(u32),
     /// The camera.
     Camera,
@@ -55,49 +53,5 @@ impl Places {
             Item::Camera => self.camera,
             Item::Film => self.film,
         }
-    }
-}
-
-impl Scene {
-    /// What people call `item`, which the scene has, and where it stands: `sphere 2 (data/cornell_b.toml:44)`, or
-    /// `sphere 2` alone where no file describes it.
-    pub fn describe(&self, item: Item) -> String {
-        let name = self.name_of(item);
-        match self.places.line(item) {
-            Some(line) => format!("{name} ({}:{line})", self.places.file),
-            None => name,
-        }
-    }
-
-    fn name_of(&self, item: Item) -> String {
-        match item {
-            Item::Material(number) => format!("material `{}`", self.materials[number as usize].name),
-            Item::Mesh(number) => {
-                self.surfaces[number as usize].mesh().map_or_else(String::new, |mesh| mesh.name.clone())
-            }
-            Item::Sphere(number) => format!("sphere {}", u64::from(number) + 1),
-            Item::PointLight(number) => format!("point_light {}", u64::from(number) + 1),
-            Item::FurtherLight(number) => self.name_of_light(number as usize),
-            Item::Camera => String::from("camera"),
-            Item::Film => String::from("film"),
-        }
-    }
-
-    /// Lights of each kind are numbered from 1.
-    fn name_of_light(&self, number: usize) -> String {
-        let kind = self.further_lights[number].kind();
-        let before = self.further_lights[..number].iter().filter(|light| light.kind() == kind);
-        match kind {
-            "environment" => kind.into(),
-            _ => format!("{kind} {}", before.count() + 1),
-        }
-    }
-}
-
-impl SceneDesc {
-    /// The same without a line of any item: for a description that is no file's any more.
-    #[must_use]
-    pub fn without_places(self) -> SceneDesc {
-        SceneDesc { places: Places::default(), ..self }
     }
 }

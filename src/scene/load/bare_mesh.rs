@@ -7,8 +7,8 @@ use toml::de::DeTable;
 use super::super::{CameraDesc, Places, SceneDesc, SceneError};
 use super::access::{Denial, Reader};
 use super::fields::Fields;
+use super::mesh_entry::{self, Found};
 use super::source::{Source, file_error};
-use super::{Found, mesh_entry};
 use crate::math::{Aabb, Vec3};
 
 /// The angle of view in degrees.

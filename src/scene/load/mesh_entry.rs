@@ -11,9 +11,16 @@ use super::mesh_memory::{self, Kind};
 use super::obj::{self, Obj};
 use super::source::file_error;
 use super::transform::Transform;
-use super::{Found, mtl, objects};
+use super::{mtl, objects};
 use crate::bsdf::Bsdf;
 use crate::math::Rgb;
+
+/// What meshes add to a scene beside themselves.
+pub(super) struct Found {
+    pub materials: Vec<Material>,
+    pub warnings: Vec<String>,
+    pub triangles: u64,
+}
 
 /// More libraries of one mesh are not read: a line of a few bytes could ask for the same large file again and again.
 const MOST_LIBRARIES: usize = 64;

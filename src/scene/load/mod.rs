@@ -36,10 +36,11 @@ use self::access::Reader;
 pub use self::access::{Access, Limits};
 use self::fields::Fields;
 pub use self::files_read::FilesRead;
+use self::mesh_entry::Found;
 pub use self::mesh_memory::MeshMemory;
 pub(super) use self::objects::check_quad;
 use self::source::Source;
-use super::{Material, SceneDesc, SceneError, media};
+use super::{SceneDesc, SceneError, media};
 use crate::math::Rgb;
 
 /// Reads a scene file and the meshes it names, whose paths are relative to it: [`load_with`] access to any file.
@@ -142,13 +143,6 @@ fn read_scene(path: &Path, root: &Fields, reader: &Reader) -> Result<SceneDesc, 
         warnings: found.warnings,
         places: places::places(path, root)?,
     })
-}
-
-/// What meshes add to a scene beside themselves.
-struct Found {
-    materials: Vec<Material>,
-    warnings: Vec<String>,
-    triangles: u64,
 }
 
 fn warn_of_darkness(scene: &mut SceneDesc) {

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::super::{CameraDesc, Mesh, SceneDesc, Textures};
-use super::quad_corners;
+use super::quads::quad_corners;
 use crate::math::{Vec2, Vec3};
 
 /// The same scene with one material a mesh, quads before other meshes, and different names for different materials.

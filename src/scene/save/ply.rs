@@ -1,6 +1,13 @@
 //! Meshes as binary PLY, bit by bit.
 
+use std::path::{Path, PathBuf};
+
 use super::super::Mesh;
+
+/// Names of mesh files: numbered, so that no two are the same.
+pub(super) fn mesh_file(folder: &str, number: usize) -> PathBuf {
+    Path::new(folder).join(format!("mesh_{number:04}.ply"))
+}
 
 /// The bytes of a PLY file that holds positions, triangles, and shading normals and texture coordinates where there are some.
 pub(super) fn write(mesh: &Mesh) -> Vec<u8> {

@@ -1,10 +1,12 @@
 use std::fs;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use proptest::collection::vec;
 use proptest::prelude::*;
 use tempfile::TempDir;
 
+use super::quads::QUAD_UVS;
 use super::*;
 use crate::bsdf::{Bsdf, Ggx, Interface, Plastic, RoughSurface};
 use crate::camera::PixelFilter;

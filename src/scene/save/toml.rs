@@ -3,8 +3,11 @@
 use std::fmt::{Display, Write};
 
 use super::super::{CameraDesc, FilmDesc, LightDesc, Material, RenderDesc, SceneDesc, Textures};
+use super::degrees::degrees;
 use super::pictures::Pictures;
-use super::{SaveError, SavedScene, degrees, mesh_file, ply, quad_corners};
+use super::ply::mesh_file;
+use super::quads::quad_corners;
+use super::{SaveError, SavedScene, ply};
 use crate::bsdf::{Bsdf, Interface, Plastic, RoughSurface};
 use crate::math::{Rgb, Vec3};
 use crate::texture::Encoding;

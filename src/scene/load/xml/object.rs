@@ -11,7 +11,6 @@ use super::super::access::Reader;
 use super::super::affine::Affine;
 use super::super::fields::{Allowed, unknown_name};
 use super::element::Element;
-use super::textures::{self, Bitmap};
 use super::transform;
 use crate::math::{DVec3, Rgb, Vec3};
 use crate::texture::Texture;
@@ -118,7 +117,7 @@ pub(super) struct Object<'a> {
     used: Vec<Cell<bool>>,
     /// Pictures that properties had.
     textures: RefCell<Textures>,
-    to_uv: Cell<Option<DAffine2>>,
+    pub to_uv: Cell<Option<DAffine2>>,
 }
 
 impl<'a> Object<'a> {
@@ -205,21 +204,6 @@ impl<'a> Object<'a> {
     /// The map of texture coordinates that all pictures share.
     pub fn to_uv(&self) -> DAffine2 {
         self.to_uv.get().unwrap_or(DAffine2::IDENTITY)
-    }
-
-    /// The picture in the place of a property, which counts as read; none where there is a constant or nothing.
-    pub fn picture(&self, name: &str) -> Result<Option<Arc<Texture>>, SceneError> {
-        let given = self.element.children.iter().find(|child| child.attribute("name") == Some(name));
-        let picture = given.map(|given| self.context.resolved(given)).transpose()?;
-        let Some(picture) = picture.filter(|picture| picture.tag == "texture") else { return Ok(None) };
-        let Some(Bitmap { texture, to_uv }) = textures::bitmap(picture, self.context)? else {
-            return Ok(None);
-        };
-        self.take(name);
-        if self.to_uv.replace(Some(to_uv)).is_some_and(|other| other != to_uv) {
-            return Err(self.error("its pictures have different `to_uv`; allowed: the same of all"));
-        }
-        Ok(Some(Arc::new(texture)))
     }
 
     /// Notes the picture in the place of the object's colour, and gives its largest value.

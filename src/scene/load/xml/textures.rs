@@ -1,5 +1,7 @@
 //! `<texture type="bitmap">`: pictures on surfaces, and where on them they lie.
 
+use std::sync::Arc;
+
 use glam::DAffine2;
 
 use super::super::super::SceneError;
@@ -8,16 +10,30 @@ use super::object::{Context, Object};
 use crate::texture::{Encoding, Texture};
 
 /// A picture, and the map of texture coordinates before it is looked up.
-pub(super) struct Bitmap {
-    pub texture: Texture,
-    pub to_uv: DAffine2,
+struct Bitmap {
+    texture: Texture,
+    to_uv: DAffine2,
+}
+
+impl Object<'_> {
+    /// The picture in the place of a property, which counts as read; none where there is a constant or nothing.
+    pub fn picture(&self, name: &str) -> Result<Option<Arc<Texture>>, SceneError> {
+        let given = self.element.children.iter().find(|child| child.attribute("name") == Some(name));
+        let picture = given.map(|given| self.context.resolved(given)).transpose()?;
+        let Some(picture) = picture.filter(|picture| picture.tag == "texture") else { return Ok(None) };
+        let Some(Bitmap { texture, to_uv }) = bitmap(picture, self.context)? else {
+            return Ok(None);
+        };
+        self.take(name);
+        if self.to_uv.replace(Some(to_uv)).is_some_and(|other| other != to_uv) {
+            return Err(self.error("its pictures have different `to_uv`; allowed: the same of all"));
+        }
+        Ok(Some(Arc::new(texture)))
+    }
 }
 
 /// The picture of a texture; none where it is of another kind and the reader is lenient.
-pub(super) fn bitmap<'a>(
-    element: &'a Element,
-    context: &'a Context<'a>,
-) -> Result<Option<Bitmap>, SceneError> {
+fn bitmap<'a>(element: &'a Element, context: &'a Context<'a>) -> Result<Option<Bitmap>, SceneError> {
     let object = Object::new(element, context)?;
     let kind = object.kind()?;
     if kind != "bitmap" {

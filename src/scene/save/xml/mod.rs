@@ -12,8 +12,11 @@ use self::values::{escaped, exact, float, rgb, string, to_world, vector};
 use super::super::{
     CameraDesc, FilmDesc, LightDesc, Material, Mesh, PixelFilter, RenderDesc, SceneDesc, SphereDesc, Textures,
 };
+use super::degrees::degrees;
 use super::pictures::Pictures;
-use super::{SaveError, SavedScene, degrees, mesh_file, ply, quad_corners};
+use super::ply::mesh_file;
+use super::quads::quad_corners;
+use super::{SaveError, SavedScene, ply};
 use crate::math::{DVec3, Rgb, Vec2, Vec3};
 
 /// A scene in normal form; its meshes go into `folder`.
