@@ -7,8 +7,9 @@ use std::borrow::Cow;
 
 use rayon::prelude::*;
 
-use super::collector::{Collector, Keeper, View};
+use super::collector::{Collector, View};
 use super::gather::Receivers;
+use super::keeper::Keeper;
 use super::pixel_lists::PixelLists;
 use super::statistic::Statistics;
 use super::statistics::CollectorStatistics;

@@ -1,5 +1,5 @@
 use super::HitPoint;
-use super::collector::Keeper;
+use super::keeper::Keeper;
 use super::statistic::Statistics;
 use super::statistics::RadiusRange;
 use crate::bvh::SphereBvh;

@@ -4,12 +4,13 @@ use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
-use super::Render;
 use super::accuracy::BatchMeans;
-use super::collector::{Collector, Keeper};
+use super::collector::Collector;
 use super::direct_light::DirectState;
 use super::glints::Glints;
+use super::keeper::Keeper;
 use super::statistic::Statistics;
+use super::{ForeignState, Render};
 use crate::effects::PathClasses;
 
 /// The progress of a [`Render`], to be kept and given to another one of the same scene and settings.
@@ -65,20 +66,6 @@ impl RenderState<'_> {
     /// Photon passes done.
     pub fn passes(&self) -> u32 {
         self.passes
-    }
-}
-
-/// Why a state cannot go on in a render: it comes from another one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("its {part} do not belong to this render")]
-pub struct ForeignState {
-    /// What does not fit.
-    part: &'static str,
-}
-
-impl ForeignState {
-    pub(super) fn in_its(part: &'static str) -> ForeignState {
-        ForeignState { part }
     }
 }
 
@@ -148,7 +135,7 @@ impl Render<'_> {
             ("estimates of the error", batches),
         ];
         match parts.iter().find(|(_, fits)| !fits) {
-            Some(&(part, _)) => Err(ForeignState { part }),
+            Some(&(part, _)) => Err(ForeignState::in_its(part)),
             None => self.direct.check(&state.direct, state.passes),
         }
     }

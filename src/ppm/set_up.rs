@@ -3,9 +3,10 @@
 use std::sync::OnceLock;
 
 use super::accuracy::BatchMeans;
-use super::collector::{Collector, Keeper};
+use super::collector::Collector;
 use super::direct_light::{DirectLight, Sight};
 use super::glints::Glints;
+use super::keeper::Keeper;
 use super::pixel_lists::PixelLists;
 use super::{
     EyePass, Facets, HitPoint, HitPoints, Kinds, PhotonPass, Planning, Render, Settings, SetupStatistics,

@@ -3,7 +3,7 @@ use serde::{Deserialize, Serialize};
 
 use super::super::ErrorEstimates;
 use super::radius_trend::{RadiusTrend, TrendSums};
-use super::sampling_step;
+use super::sampling::sampling_step;
 use crate::math::{DVec3, Vec3};
 
 /// Every batch but the first few holds about one in so many of the passes before it: longer and longer, so that few are enough.

@@ -13,12 +13,15 @@ mod batch_means;
 mod bias_filter;
 mod forecast;
 mod layers;
+mod pixel_error;
 mod quantile;
 mod radius_trend;
+mod sampling;
 
 pub(super) use batch_means::BatchMeans;
 pub use forecast::{Forecast, Outlook};
 pub use layers::Layers;
+pub use pixel_error::PixelError;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -29,29 +32,13 @@ use crate::compare::REL_MSE_EPSILON;
 use crate::math::DVec3;
 use bias_filter::{Bias, BiasFilter};
 use quantile::{ErrorQuantile, one_sided_normal};
+use sampling::sampling_step;
 
 /// Photons (reduced count `N` of all hit points of a pixel) below which a bound would claim too much.
 const MIN_PHOTONS: f64 = 8.0;
 
-/// Pixels that the error of the picture is found from, at least: neighbours tell nearly the same.
-const SAMPLED_PIXELS: usize = 1 << 13;
-
 /// Pixels that one task sums; fixed, so that the order of the sum is.
 const CHUNK: usize = 1 << 10;
-
-/// What is known of the error of one pixel, channel by channel.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct PixelError {
-    /// The standard error of the estimate (radiance).
-    pub stderr: DVec3,
-    /// Its bias, the blur by the gather radius, as far as it stands out of the noise (radiance).
-    pub bias: DVec3,
-    /// The error stays below it with the confidence asked for; NaN where that cannot be told.
-    pub bound: DVec3,
-    /// Photons that the pixel rests on: the reduced counts `N` of its hit points.
-    pub photons: f64,
-}
 
 /// The error of the whole picture: that by which `compare` judges it, √relMSE = `√(mean of e² / (L² + ε))` over pixels and
 /// channels, with ε = [`REL_MSE_EPSILON`].
@@ -171,12 +158,6 @@ impl<'a> Accuracy<'a> {
     }
 }
 
-/// The distance between the places of pixels that the error of a picture is found from: the tree's order takes them
-/// from everywhere.
-fn sampling_step(pixels: usize) -> usize {
-    (pixels / SAMPLED_PIXELS).max(1)
-}
-
 /// What is found at some pixels.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sums {
@@ -255,16 +236,5 @@ mod tests {
         let (error, doubt) = (sums.error(7, 2.0), 7.5f64.sqrt() / 2.0);
         assert!((error.error.powi(2) - (6.0 - doubt)).abs() < 1e-12 && error.noise == 2.0);
         assert!((error.upper.powi(2) - (6.0 + 2.0 * doubt)).abs() < 1e-12);
-    }
-
-    #[test]
-    fn enough_pixels_are_sampled_and_not_many_more() {
-        for pixels in [1usize, 300, 8192, 64 * 480, 512 * 512, 1920 * 1080] {
-            let sampled = pixels.div_ceil(sampling_step(pixels));
-            assert!(
-                (SAMPLED_PIXELS.min(pixels)..2 * SAMPLED_PIXELS).contains(&sampled),
-                "{pixels}: {sampled}"
-            );
-        }
     }
 }
