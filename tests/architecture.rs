@@ -8,12 +8,21 @@ use std::path::{Path, PathBuf};
 
 mod source;
 
-use source::{Function, Source};
+use source::{Function, Imports, Source, circles, imports};
 
 /// Lines that a function may have: at the median, at the 90th percentile, and at all.
 const MEDIAN_LINES: usize = 10;
 const NINETIETH_LINES: usize = 30;
 const MOST_LINES: usize = 60;
+
+/// Files whose importers they import, and why that is left so.
+const CIRCLES_LEFT: [(&str, &str); 5] = [
+    ("cli/mod.rs", "it runs the commands, and loads scenes and sets threads for them"),
+    ("ppm/mod.rs", "a render is made of its phases, and these go on in its methods"),
+    ("study/measure.rs", "it measures against references, which are measured by it"),
+    ("study/page.rs", "its sections on convergence stand apart, and are written with its words"),
+    ("study/summary.rs", "it sums up convergence, which is fitted to its curves"),
+];
 
 /// One row of the table in `ARCHITECTURE.md`.
 struct Row {
@@ -128,6 +137,28 @@ fn embree_and_bvh_never_see_each_other() {
 }
 
 #[test]
+fn no_files_import_each_other_in_a_circle() {
+    let mut sources = sources_without_tests();
+    sources.retain(|source| source.name != "main.rs");
+    let all = imports(&sources);
+    assert!(all.values().map(BTreeMap::len).sum::<usize>() > sources.len(), "imports are not read");
+    let left = CIRCLES_LEFT.map(|(file, _)| file);
+    assert_none(&circles(&without_imports_of(&all, &left)));
+    for file in left {
+        let others: Vec<&str> = left.into_iter().filter(|other| *other != file).collect();
+        let needed = !circles(&without_imports_of(&all, &others)).is_empty();
+        assert!(needed, "{file} is in no circle any more: take it out of the list of those left");
+    }
+}
+
+/// Imports, as if nobody imported these files.
+fn without_imports_of(all: &Imports, files: &[&str]) -> Imports {
+    let mut imports = all.clone();
+    imports.values_mut().for_each(|from| from.retain(|file, _| !files.contains(&file.as_str())));
+    imports
+}
+
+#[test]
 fn functions_are_short() {
     let sources = sources_without_tests();
     let in_file = |source: &Source| {
@@ -205,6 +236,47 @@ mod checks_of_the_checks {
         assert_eq!(faults("math.rs", "use crate::*;"), 1);
         assert_eq!(faults("math.rs", "//! [`crate::bvh`]\nconst S: &str = \"use crate::bvh;\";"), 0);
         assert_eq!(faults("light.rs", ""), 1, "a module without a row");
+    }
+
+    fn circles_of(files: &[(&str, &str)]) -> Vec<String> {
+        let sources: Vec<Source> =
+            files.iter().map(|(name, text)| Source::new(name, text).without_tests()).collect();
+        circles(&imports(&sources))
+    }
+
+    #[test]
+    fn files_that_import_each_other_are_found_through_whoever_exports_them() {
+        let root = ("lib.rs", "pub mod a;\nmod b;\npub use a::X;");
+        let a = ("a/mod.rs", "mod x;\nmod y;\npub use x::{X, x};\npub use y::Y;");
+        let y = ("a/y.rs", "use super::X;\npub struct Y(X);");
+        let circle = "2 files import each other in a circle:\n  src/a/x.rs takes from src/a/y.rs: Y\n  \
+                      src/a/y.rs takes from src/a/x.rs: X";
+        for x in [
+            "use super::Y;\npub struct X;",
+            "use crate::{\n    a::{self, Y as Z},\n};",
+            "fn x() -> super::Y {}",
+            "fn x(y: &self::super::y::Y) {}",
+            "use crate::a;\nfn x() -> Vec<a::Y> {}",
+        ] {
+            assert_eq!(circles_of(&[root, a, ("a/x.rs", x), y]), [circle], "{x}");
+        }
+        for x in [
+            "pub struct X;\n#[cfg(test)]\nmod tests {\n    use super::super::Y;\n}",
+            "use super::super::a;\nuse std::fmt::Y;\npub(super) struct X(Y);",
+            "//! [`super::Y`]\nfn x(x: X) { x.Y }",
+        ] {
+            assert!(circles_of(&[root, a, ("a/x.rs", x), y]).is_empty(), "{x}");
+        }
+    }
+
+    #[test]
+    fn a_parent_is_in_a_circle_if_it_uses_the_child_that_needs_it() {
+        let child = ("a/x.rs", "use super::LIMIT;\npub struct X;");
+        let with = |parent| circles_of(&[("lib.rs", "mod a;"), ("a/mod.rs", parent), child]).len();
+        assert_eq!(with("mod x;\npub use x::X;\nconst LIMIT: u32 = 1;"), 0, "it exports alone");
+        assert_eq!(with("mod x;\npub use x::X;\nconst LIMIT: u32 = 1;\nfn f(x: X) {}"), 1);
+        assert_eq!(with("mod x;\nuse x::X;\nconst LIMIT: u32 = 1;"), 1);
+        assert_eq!(with("mod x;\nconst LIMIT: u32 = x::X::LIMIT;"), 1);
     }
 
     #[test]

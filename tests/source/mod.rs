@@ -1,5 +1,9 @@
 //! A look at Rust source that is just sharp enough for rules about its shape.
 
+mod imports;
+
+pub use imports::{Imports, circles, imports};
+
 /// A source file whose comments and literals are blanked, so that braces match and words mean what they say.
 pub struct Source {
     /// Its path below `src`.
@@ -131,12 +135,18 @@ fn first_segments(path: &str) -> Vec<String> {
     if !path.starts_with('{') {
         return vec![segment(path)];
     }
+    let parts = comma_parts(&path[1..item_end(path, 0) - 1]);
+    parts.into_iter().map(segment).filter(|name| !name.is_empty()).collect()
+}
+
+/// The parts between those commas of a list that stand in no braces.
+fn comma_parts(list: &str) -> Vec<&str> {
     let mut depth = 0;
-    let top_level = path[1..item_end(path, 0) - 1].split(|c| {
+    let between = list.split(|c| {
         depth += i32::from(c == '{') - i32::from(c == '}');
         c == ',' && depth == 0
     });
-    top_level.map(segment).filter(|name| !name.is_empty()).collect()
+    between.filter(|part| !part.trim().is_empty()).collect()
 }
 
 /// The byte behind the item that starts at `start`: behind its body's closing brace, or its semicolon.
