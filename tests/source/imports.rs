@@ -109,8 +109,7 @@ fn split_uses(text: &str) -> (Vec<Use>, String) {
 
 /// What stands before the next `use`, its tree of paths, and what stands behind it.
 fn next_use(text: &str) -> Option<(&str, &str, &str)> {
-    let starts = text.match_indices("use ").map(|(at, _)| at);
-    let at = starts.into_iter().find(|&at| !text[..at].ends_with(is_word))?;
+    let at = text.match_indices("use ").map(|(at, _)| at).find(|&at| !text[..at].ends_with(is_word))?;
     let (tree, after) = text[at + "use ".len()..].split_once(';')?;
     Some((&text[..at], tree, after))
 }
@@ -164,7 +163,6 @@ pub fn circles(imports: &Imports) -> Vec<String> {
         reached[file].iter().copied().filter(|other| reached[other].contains(file)).collect()
     };
     let mut circles: Vec<Vec<&String>> = reached.keys().map(|file| circle_of(file)).collect();
-    circles.sort_by_key(|circle| circle.len());
     circles.retain(|circle| !circle.is_empty());
     circles.sort();
     circles.dedup();
