@@ -3,24 +3,14 @@
 use serde::Serialize;
 
 use super::BenchError;
+use super::equal_time::EqualTimeSettings;
 use super::machine::Machine;
-use super::timing::{Spread, interleaved};
+use super::timing::Spread;
 use crate::effects::PathClass;
 use crate::math::{Rgb, mean};
-use crate::ppm::{Aiming, Kinds, RadiusPolicy, Render, Settings};
+use crate::ppm::{Aiming, Kinds, Render, Settings};
 use crate::report::{Cell, Page, Table};
 use crate::scene::Scene;
-
-/// What to measure.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AimSettings {
-    /// The render; radii are held at their initial value, so that the error is noise alone.
-    pub render: Settings,
-    /// Passes of every run.
-    pub passes: u32,
-    /// Runs of every rival, each with a seed of its own.
-    pub repetitions: usize,
-}
 
 /// The rivals.
 pub const AIMINGS: [Aiming; 2] = [Aiming::Photons(0), Aiming::Auto];
@@ -78,24 +68,15 @@ pub struct AimRow {
 ///
 /// # Errors
 /// If the reference shows no caustic.
-pub fn measure(scene: &Scene, name: &str, settings: &AimSettings) -> Result<AimReport, BenchError> {
-    let render = Settings {
-        policy: RadiusPolicy::Fixed,
-        eye_seed: Some(settings.render.key_of_eye_paths()),
-        ..settings.render
-    };
+pub fn measure(scene: &Scene, name: &str, settings: &EqualTimeSettings) -> Result<AimReport, BenchError> {
+    let render = settings.held();
     let reference = Reference::new(scene, &render, REFERENCE * settings.passes);
     if reference.pixels.is_empty() {
         return Err(BenchError::NoCaustic { scene: name.into() });
     }
-    // Rivals of a round share a seed: where they do the same they make the same errors.
-    let mut runs = 0;
-    let samples = interleaved(settings.repetitions, &AIMINGS, |&caustic_photons| {
-        let seed = render.seed + 1 + runs / AIMINGS.len() as u64;
-        runs += 1;
-        let render = Settings { seed, caustic_photons, ..render };
-        Ok::<Sample, BenchError>(reference.sample(scene, render, settings))
-    })?;
+    let samples = settings.runs(&AIMINGS, |&caustic_photons, seed| {
+        reference.sample(scene, Settings { seed, caustic_photons, ..render }, settings.passes)
+    });
     let rows: Vec<AimRow> =
         AIMINGS.iter().zip(&samples).map(|(aiming, runs)| row(*aiming, runs, &samples[0])).collect();
     Ok(AimReport {
@@ -146,9 +127,9 @@ impl Reference {
         Reference { pixels, caustic, picture: render.picture().pixels().to_vec() }
     }
 
-    fn sample(&self, scene: &Scene, render: Settings, settings: &AimSettings) -> Sample {
-        let mut render = Render::new(scene, Settings { kinds: Kinds::Apart, ..render });
-        let seconds = (0..settings.passes).map(|_| render.pass().seconds).sum();
+    fn sample(&self, scene: &Scene, settings: Settings, passes: u32) -> Sample {
+        let mut render = Render::new(scene, Settings { kinds: Kinds::Apart, ..settings });
+        let seconds = (0..passes).map(|_| render.pass().seconds).sum();
         let setup = render.setup();
         Sample {
             aimed: setup.aim.map_or(0, |aim| aim.budget.aimed),
@@ -252,7 +233,7 @@ mod tests {
         let mut desc = scene::load(&path).unwrap();
         (desc.film.width, desc.film.height) = (16, 16);
         let render = Settings { photons: 4000, samples: 1, ..Settings::of_scene(&desc.render) };
-        let settings = AimSettings { render, passes: 2, repetitions: 2 };
+        let settings = EqualTimeSettings { render, passes: 2, repetitions: 2 };
         let report = measure(&Scene::new(desc).unwrap(), "bead", &settings).unwrap();
         let [natural, aimed] = &report.rows[..] else { panic!("{report:?}") };
         assert!(natural.aimed == 0 && natural.caustic.min == 1.0, "{natural:?}");
@@ -266,7 +247,7 @@ mod tests {
         let mut desc = scene::load(&path).unwrap();
         (desc.film.width, desc.film.height) = (8, 8);
         let render = Settings { photons: 100, samples: 1, ..Settings::of_scene(&desc.render) };
-        let settings = AimSettings { render, passes: 1, repetitions: 1 };
+        let settings = EqualTimeSettings { render, passes: 1, repetitions: 1 };
         let error = measure(&Scene::new(desc).unwrap(), "box", &settings).unwrap_err();
         assert_eq!(error, BenchError::NoCaustic { scene: "box".into() });
     }

@@ -3,23 +3,13 @@
 use serde::Serialize;
 
 use super::BenchError;
+use super::equal_time::EqualTimeSettings;
 use super::machine::Machine;
-use super::timing::{Spread, interleaved};
+use super::timing::Spread;
 use crate::math::{DVec3, Rgb};
-use crate::ppm::{Guiding, RadiusPolicy, Render, Settings};
+use crate::ppm::{Guiding, Render, Settings};
 use crate::report::{Cell, Page, Table};
 use crate::scene::Scene;
-
-/// What to measure.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GuideSettings {
-    /// The render; radii are held at their initial value, so that the error is noise alone.
-    pub render: Settings,
-    /// Passes of every run.
-    pub passes: u32,
-    /// Runs of every rival, each with a seed of its own.
-    pub repetitions: usize,
-}
 
 /// The rivals.
 pub const GUIDINGS: [Guiding; 3] = [Guiding::Off, Guiding::Auto, Guiding::On];
@@ -72,12 +62,8 @@ pub struct GuideRow {
 ///
 /// # Errors
 /// If photons bring no light.
-pub fn measure(scene: &Scene, name: &str, settings: &GuideSettings) -> Result<GuideReport, BenchError> {
-    let render = Settings {
-        policy: RadiusPolicy::Fixed,
-        eye_seed: Some(settings.render.key_of_eye_paths()),
-        ..settings.render
-    };
+pub fn measure(scene: &Scene, name: &str, settings: &EqualTimeSettings) -> Result<GuideReport, BenchError> {
+    let render = settings.held();
     let reference = Lights::of(&rendered(
         scene,
         Settings { guiding: Guiding::On, ..render },
@@ -86,14 +72,9 @@ pub fn measure(scene: &Scene, name: &str, settings: &GuideSettings) -> Result<Gu
     if reference.photons.iter().all(|&light| light == Rgb::ZERO) {
         return Err(BenchError::NoPhotons { scene: name.into() });
     }
-    // Rivals of a round share a seed: where they do the same they make the same errors.
-    let mut runs = 0;
-    let samples = interleaved(settings.repetitions, &GUIDINGS, |&guiding| {
-        let seed = render.seed + 1 + runs / GUIDINGS.len() as u64;
-        runs += 1;
-        let render = Settings { seed, guiding, ..render };
-        Ok::<Sample, BenchError>(reference.sample(scene, render, settings.passes))
-    })?;
+    let samples = settings.runs(&GUIDINGS, |&guiding, seed| {
+        reference.sample(scene, Settings { seed, guiding, ..render }, settings.passes)
+    });
     let rows = GUIDINGS.iter().zip(&samples).map(|(guiding, runs)| row(*guiding, runs, &samples[0]));
     Ok(GuideReport {
         scene: name.into(),
@@ -250,7 +231,7 @@ mod tests {
         let mut desc = scene::load(&path).unwrap();
         (desc.film.width, desc.film.height) = (12, 12);
         let render = Settings { photons, samples: 1, ..Settings::of_scene(&desc.render) };
-        let settings = GuideSettings { render, passes: 1, repetitions: 2 };
+        let settings = EqualTimeSettings { render, passes: 1, repetitions: 2 };
         measure(&Scene::new(desc).unwrap(), name, &settings).unwrap()
     }
 

@@ -14,6 +14,7 @@
 
 pub mod aim;
 mod closed_meshes;
+pub mod equal_time;
 mod error;
 pub mod gather;
 mod gather_page;

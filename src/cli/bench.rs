@@ -6,10 +6,11 @@ use super::args::BenchArgs;
 use super::console::print;
 use super::error::{CliError, Outcome};
 use super::{load, use_threads};
-use crate::bench::aim::{self, AimSettings};
+use crate::bench::aim;
+use crate::bench::equal_time::EqualTimeSettings;
 use crate::bench::gather::{self, GatherSettings, Radii};
 use crate::bench::gather_source::{Rendered, Source};
-use crate::bench::guide::{self, GuideSettings};
+use crate::bench::guide;
 use crate::bench::leaks;
 use crate::bench::numerics;
 use crate::bench::pass::{self, PassSettings};
@@ -54,28 +55,41 @@ fn run_numerics(args: &BenchArgs, passes: u32) -> Result<Outcome, CliError> {
     write(args, &report, &report.page())
 }
 
+/// A scene to measure in, what reports call it, and what it asks for.
+struct Subject {
+    scene: Scene,
+    name: String,
+    settings: Settings,
+}
+
+impl Subject {
+    fn load(path: &Path) -> Result<Subject, CliError> {
+        let scene = Scene::new(load(path, Access::any())?)?;
+        let settings = Settings::of_scene(scene.render());
+        Ok(Subject { scene, name: path.display().to_string(), settings })
+    }
+
+    fn equal_time(&self, args: &BenchArgs) -> EqualTimeSettings {
+        let photons = args.photons.unwrap_or(self.settings.photons);
+        let render = Settings { photons, ..self.settings };
+        EqualTimeSettings { render, passes: args.passes, repetitions: args.repetitions as usize }
+    }
+}
+
 fn run_aim(args: &BenchArgs, path: &Path) -> Result<Outcome, CliError> {
-    let scene = Scene::new(load(path, Access::any())?)?;
-    let of_scene = Settings::of_scene(scene.render());
-    let render = Settings { photons: args.photons.unwrap_or(of_scene.photons), ..of_scene };
-    let settings = AimSettings { render, passes: args.passes, repetitions: args.repetitions as usize };
-    let report = aim::measure(&scene, &path.display().to_string(), &settings)?;
+    let subject = Subject::load(path)?;
+    let report = aim::measure(&subject.scene, &subject.name, &subject.equal_time(args))?;
     write(args, &report, &report.page())
 }
 
 fn run_guide(args: &BenchArgs, path: &Path) -> Result<Outcome, CliError> {
-    let scene = Scene::new(load(path, Access::any())?)?;
-    let of_scene = Settings::of_scene(scene.render());
-    let render = Settings { photons: args.photons.unwrap_or(of_scene.photons), ..of_scene };
-    let settings = GuideSettings { render, passes: args.passes, repetitions: args.repetitions as usize };
-    let report = guide::measure(&scene, &path.display().to_string(), &settings)?;
+    let subject = Subject::load(path)?;
+    let report = guide::measure(&subject.scene, &subject.name, &subject.equal_time(args))?;
     write(args, &report, &report.page())
 }
 
 fn run_pass(args: &BenchArgs, path: &Path) -> Result<Outcome, CliError> {
-    let desc = load(path, Access::any())?;
-    let of_scene = Settings::of_scene(&desc.render);
-    let scene = Scene::new(desc)?;
+    let Subject { scene, name, settings: of_scene } = Subject::load(path)?;
     let render = Settings {
         radius: args.radius.or(of_scene.radius),
         samples: args.samples.unwrap_or(of_scene.samples),
@@ -86,7 +100,7 @@ fn run_pass(args: &BenchArgs, path: &Path) -> Result<Outcome, CliError> {
         ..of_scene
     };
     let settings = PassSettings { render, repetitions: args.repetitions as usize, retrace: args.retrace };
-    let report = pass::measure(&scene, &path.display().to_string(), &settings)?;
+    let report = pass::measure(&scene, &name, &settings)?;
     write(args, &report, &report.page())
 }
 
@@ -94,12 +108,8 @@ fn run_gather(args: &BenchArgs) -> Result<Outcome, CliError> {
     let Some(path) = &args.scene else {
         return measure_gather(args, &Source::Walls);
     };
-    let scene = Scene::new(load(path, Access::any())?)?;
-    let settings = Settings::of_scene(scene.render());
-    measure_gather(
-        args,
-        &Source::Render(Rendered { scene: &scene, name: &path.display().to_string(), settings }),
-    )
+    let Subject { scene, name, settings } = Subject::load(path)?;
+    measure_gather(args, &Source::Render(Rendered { scene: &scene, name: &name, settings }))
 }
 
 fn measure_gather(args: &BenchArgs, source: &Source) -> Result<Outcome, CliError> {
