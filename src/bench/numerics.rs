@@ -1,6 +1,7 @@
 //! What precision buys: the error and the price of each way to keep a number, against f64 or a closed form.
 
 use std::hint::black_box;
+use std::ops::{Add, Sub};
 
 use serde::Serialize;
 
@@ -136,7 +137,7 @@ fn rms_difference(a: &Run, b: &Run) -> f64 {
 ///
 /// # Source
 /// Kahan, "Further Remarks on Reducing Truncation Errors", Communications of the ACM 8(1), 1965.
-fn compensated((lost, sum): (f64, f64), x: f64) -> (f64, f64) {
+fn compensated<F: Copy + Add<Output = F> + Sub<Output = F>>((lost, sum): (F, F), x: F) -> (F, F) {
     let x = x - lost;
     let total = sum + x;
     ((total - sum) - x, total)
@@ -149,24 +150,10 @@ fn sums() -> Vec<NumericsRow> {
     let exact = f64::from(power) * f64::from(N);
     let photons = || (0..N).map(|_| black_box(power));
     let naive = || f64::from(photons().fold(0f32, |sum, x| sum + x));
-    let kahan = || {
-        let add = |(lost, sum): (f32, f32), x: f32| {
-            let x = x - lost;
-            let total = sum + x;
-            ((total - sum) - x, total)
-        };
-        f64::from(photons().fold((0.0, 0.0), add).1)
-    };
+    let kahan = || f64::from(photons().fold((0.0, 0.0), compensated).1);
     let double = || photons().fold(0f64, |sum, x| sum + f64::from(x));
-    let ways: [(&'static str, f64, &dyn Fn() -> f64); 3] =
-        [("f32", 4.0, &naive), ("f32, compensated", 8.0, &kahan), ("f64", 8.0, &double)];
-    let row = |(way, bytes, sum): (&'static str, f64, &dyn Fn() -> f64)| {
-        let (sum, seconds) = timed(sum);
-        let error = (sum / exact - 1.0).abs();
-        let nanoseconds = 1e9 * seconds / f64::from(N);
-        NumericsRow { number: format!("sum of {N} powers, relative"), way, error, bytes, nanoseconds }
-    };
-    ways.map(row).into()
+    let ways: [Way; 3] = [("f32", 4.0, &naive), ("f32, compensated", 8.0, &kahan), ("f64", 8.0, &double)];
+    ways.map(|way| updated(&format!("sum of {N} powers, relative"), way, f64::from(N), exact)).into()
 }
 
 /// Photons counted one by one.
@@ -174,14 +161,18 @@ fn counts() -> Vec<NumericsRow> {
     const N: u64 = 20_000_000;
     let single = || f64::from((0..N).fold(0f32, |sum, _| black_box(sum) + 1.0));
     let whole = || (0..N).fold(0u64, |sum, _| black_box(sum) + 1) as f64;
-    let ways: [(&'static str, f64, &dyn Fn() -> f64); 2] = [("f32", 4.0, &single), ("u64", 8.0, &whole)];
-    let row = |(way, bytes, count): (&'static str, f64, &dyn Fn() -> f64)| {
-        let (count, seconds) = timed(count);
-        let error = (count / N as f64 - 1.0).abs();
-        let nanoseconds = 1e9 * seconds / N as f64;
-        NumericsRow { number: format!("count of {N}, relative"), way, error, bytes, nanoseconds }
-    };
-    ways.map(row).into()
+    let ways: [Way; 2] = [("f32", 4.0, &single), ("u64", 8.0, &whole)];
+    ways.map(|way| updated(&format!("count of {N}, relative"), way, N as f64, N as f64)).into()
+}
+
+/// How a number is kept, in how many bytes, and what it ends up as.
+type Way<'a> = (&'static str, f64, &'a dyn Fn() -> f64);
+
+/// The row of a number that is updated `n` times and should come to `exact`.
+fn updated(number: &str, (way, bytes, end): Way, n: f64, exact: f64) -> NumericsRow {
+    let (end, seconds) = timed(end);
+    let error = (end / exact - 1.0).abs();
+    NumericsRow { number: number.into(), way, error, bytes, nanoseconds: 1e9 * seconds / n }
 }
 
 /// How far points of triangles, computed in f32, are from where they should be, in roundings of their largest coordinate.
