@@ -47,11 +47,16 @@ impl CheckpointFile {
         // The one before must stand beside what a link points to.
         let target = if path.is_symlink() { fs::canonicalize(path).ok() } else { None };
         let path = target.unwrap_or_else(|| path.to_path_buf());
-        let mut name = path.as_os_str().to_owned();
-        name.push(".previous");
-        let previous = PathBuf::from(name);
+        let previous = previous_of(&path);
         check_writable(&previous)?;
         Ok(CheckpointFile { path, previous, is_good: false })
+    }
+
+    /// Removes what of the two files at `path` is there.
+    pub fn remove(path: &Path) {
+        for path in [path, &previous_of(path)] {
+            drop(fs::remove_file(path));
+        }
     }
 
     /// The file itself.
@@ -115,6 +120,12 @@ impl CheckpointFile {
         self.is_good = true;
         Ok(())
     }
+}
+
+fn previous_of(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".previous");
+    name.into()
 }
 
 /// The bytes, and what is made of them.

@@ -1,9 +1,8 @@
 //! The process of a job of `caustica batch`: it renders what it is told on standard input, and says how far it is.
 
 use std::ffi::OsString;
-use std::fs;
 use std::io::{self, BufRead};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::thread;
@@ -18,6 +17,7 @@ use super::interrupt::Interrupt;
 use super::render::{Leaving, Prepared};
 use super::{memory, use_threads};
 use crate::batch::{Done, FileHash, Order, Reply, hash_file};
+use crate::checkpoint::CheckpointFile;
 use crate::input;
 use crate::scene::{Access, FilesRead, MeshMemory, Scene};
 
@@ -167,12 +167,7 @@ fn tell(reply: &Reply) -> Result<(), CliError> {
 }
 
 fn remove_checkpoint(args: &RenderArgs) {
-    let Some(path) = &args.checkpoint else { return };
-    let mut previous = path.clone().into_os_string();
-    previous.push(".previous");
-    for path in [path.as_path(), Path::new(&previous)] {
-        drop(fs::remove_file(path));
-    }
+    args.checkpoint.iter().for_each(|path| CheckpointFile::remove(path));
 }
 
 /// The pictures that are there.
