@@ -120,7 +120,7 @@ impl Facts {
             name: _,
             path: _,
             film: FilmDesc { width, height, filter },
-            camera: CameraDesc { position, look_at, up, fov_degrees, lens_radius, focus_distance },
+            camera,
             render: _,
             materials,
             spheres,
@@ -132,33 +132,9 @@ impl Facts {
         } = desc;
         self.add("size", format!("{width}x{height}"));
         self.add("pixel filter", filter);
-        for (name, value) in [("position", position), ("look_at", look_at), ("up", up)] {
-            self.add(format!("camera {name}"), value);
-        }
-        self.add("camera fov", fov_degrees);
-        self.add("camera lens_radius", lens_radius);
-        if *lens_radius > 0.0 {
-            self.add("camera focus_distance", focus_distance);
-        }
-        for (Material { name, bsdf, emission, opacity, absorption, textures }, number) in
-            materials.iter().zip(1..)
-        {
-            let name = format!("material {number} ({})", file_name(name));
-            self.add(name.clone(), format!("{bsdf:?}, emission {emission}"));
-            if *absorption != Rgb::ZERO {
-                self.add(format!("{name} absorption"), absorption);
-            }
-            if *opacity != 1.0 {
-                self.add(format!("{name} opacity"), opacity);
-            }
-            let Textures { color, roughness, opacity } = textures;
-            for (slot, texture) in
-                [("color", color), ("roughness", roughness), ("picture of opacity", opacity)]
-            {
-                if let Some(texture) = texture {
-                    self.add(format!("{name} {slot}"), content(texture.image().pixels()));
-                }
-            }
+        self.add_camera(camera);
+        for (material, number) in materials.iter().zip(1..) {
+            self.add_material(material, number);
         }
         for (light, number) in point_lights.iter().zip(1..) {
             self.add(format!("point light {number}"), format!("{light:?}"));
@@ -171,6 +147,36 @@ impl Facts {
         }
         for (mesh, number) in meshes.iter().zip(1..) {
             self.add(format!("mesh {number} ({})", file_name(&mesh.name)), shape(mesh));
+        }
+    }
+
+    fn add_camera(&mut self, camera: &CameraDesc) {
+        let CameraDesc { position, look_at, up, fov_degrees, lens_radius, focus_distance } = camera;
+        for (name, value) in [("position", position), ("look_at", look_at), ("up", up)] {
+            self.add(format!("camera {name}"), value);
+        }
+        self.add("camera fov", fov_degrees);
+        self.add("camera lens_radius", lens_radius);
+        if *lens_radius > 0.0 {
+            self.add("camera focus_distance", focus_distance);
+        }
+    }
+
+    fn add_material(&mut self, material: &Material, number: u32) {
+        let Material { name, bsdf, emission, opacity, absorption, textures } = material;
+        let name = format!("material {number} ({})", file_name(name));
+        self.add(name.clone(), format!("{bsdf:?}, emission {emission}"));
+        if *absorption != Rgb::ZERO {
+            self.add(format!("{name} absorption"), absorption);
+        }
+        if *opacity != 1.0 {
+            self.add(format!("{name} opacity"), opacity);
+        }
+        let Textures { color, roughness, opacity } = textures;
+        for (slot, texture) in [("color", color), ("roughness", roughness), ("picture of opacity", opacity)] {
+            if let Some(texture) = texture {
+                self.add(format!("{name} {slot}"), content(texture.image().pixels()));
+            }
         }
     }
 }
