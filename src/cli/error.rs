@@ -166,7 +166,12 @@ impl CliError {
             | CliError::Part(_)
             | CliError::Memory { .. }
             | CliError::MemoryLimit { .. }
-            | CliError::Bench(BenchError::TooFewHitPoints { .. } | BenchError::NoPhotons { .. })
+            | CliError::Bench(
+                BenchError::TooFewHitPoints { .. }
+                | BenchError::NoPhotons { .. }
+                | BenchError::NoCaustic { .. }
+                | BenchError::NoOverlaps { .. },
+            )
             | CliError::Study(
                 StudyError::Compare(_) | StudyError::Line { .. } | StudyError::NotFinite { .. },
             ) => 2,
