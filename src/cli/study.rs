@@ -8,7 +8,7 @@ use super::args::StudyArgs;
 use super::console::print;
 use super::error::{CliError, Outcome};
 use super::interrupt::Interrupt;
-use super::{load, memory, use_threads};
+use super::{circumstances, load, memory, use_threads};
 use crate::bench::machine::Machine;
 use crate::output::{check_writable, read_exr, read_exr_named, write_atomically};
 use crate::ppm::{Render, Settings};
@@ -135,7 +135,7 @@ impl Study<'_> {
             journal.runs(),
             &reference,
             self.machine.clone(),
-            command_line(),
+            circumstances::typed(),
         );
         self.write(&report, &Gallery::read(&plan, &reference.image, &pictures)?)?;
         Ok(self.outcome())
@@ -202,11 +202,6 @@ impl Study<'_> {
 fn program() -> String {
     let file = std::env::current_exe().and_then(std::fs::metadata);
     file.map_or_else(|_| String::new(), |file| format!("{} {:?}", file.len(), file.modified().ok()))
-}
-
-/// As the user typed it.
-fn command_line() -> String {
-    std::iter::once("caustica".to_owned()).chain(std::env::args().skip(1)).collect::<Vec<_>>().join(" ")
 }
 
 /// Too wide for a terminal.

@@ -5,6 +5,7 @@
 mod html;
 mod page;
 mod plot;
+mod shell;
 mod table;
 #[cfg(test)]
 mod testing;
@@ -12,4 +13,5 @@ mod testing;
 pub use html::{escape, with_code};
 pub use page::{Document, Page, facts_to_html};
 pub use plot::{Plot, Scale};
+pub use shell::quoted;
 pub use table::{Cell, Table};

@@ -6,6 +6,7 @@ use crate::bsdf::{Bsdf, DiffuseSampling};
 use crate::effects::EyePaths;
 use crate::ppm::{Precision, RadiusPolicy, Settings};
 use crate::reference;
+use crate::report::quoted;
 use crate::scene::{SceneDesc, Traversal};
 
 /// What a configuration changes about the baseline.
@@ -276,16 +277,6 @@ impl Configuration {
     pub fn file_stem(&self) -> String {
         let plain = |c: char| if c.is_ascii_alphanumeric() || c == '.' { c } else { '_' };
         self.name.replace(", ", "_").replace('/', "_over_").chars().map(plain).collect()
-    }
-}
-
-/// As a shell takes it for one word.
-fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "_-./".contains(c);
-    if !word.is_empty() && word.chars().all(plain) {
-        word.into()
-    } else {
-        format!("'{}'", word.replace('\'', r"'\''"))
     }
 }
 

@@ -14,6 +14,7 @@ use crate::film::Image;
 use crate::math::DVec3;
 use crate::output::{Metadata, read_exr, write_atomically, write_exr};
 use crate::ppm::{Render, Settings};
+use crate::report::quoted;
 use crate::scene::{Scene, SceneDesc, TraversalError};
 
 /// How a reference is made.
@@ -50,8 +51,9 @@ impl Recipe {
     }
 
     /// The command that makes render `index`.
-    fn command(&self, scene: &str, desc: &SceneDesc, index: u32) -> String {
+    fn command(&self, desc: &SceneDesc, index: u32) -> String {
         let s = &self.settings;
+        let scene = quoted(&desc.path.to_string_lossy());
         let radius = s.radius.map(|radius| format!(" --radius {radius}")).unwrap_or_default();
         format!(
             "caustica render {scene} --size {}x{} --passes {} --photons {} --alpha {}{radius} --samples {} --depth {} --seed {}",
@@ -171,7 +173,7 @@ pub fn make(
         halves_differ_percent,
         error_percent: 0.5 * halves_differ_percent,
         seconds,
-        command: recipe.command(&desc.path.display().to_string(), desc, 0),
+        command: recipe.command(desc, 0),
     };
     let standard_error = Some(half_the_difference(&even, &odd));
     let [even, odd] = halves;
