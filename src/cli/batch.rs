@@ -6,11 +6,12 @@ use std::time::{Duration, Instant};
 
 use clap::{ArgAction, CommandFactory};
 use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
 
 use super::args::{
     Arguments, AtOnce, BatchArgs, BatchCommand, ReportArgs, RunBatchArgs, ShareArgs, StatusArgs,
 };
-use super::console::print;
+use super::console::{print, print_json};
 use super::error::{CliError, Outcome};
 use super::interrupt::Interrupt;
 use super::worker;
@@ -199,9 +200,9 @@ impl Overseer {
     }
 
     /// Whoever listens may be gone; the ledger counts.
-    fn event(&self, event: &serde_json::Value) {
+    fn event(&self, event: &impl Serialize) {
         if self.json {
-            drop(print(format_args!("{event}\n")));
+            drop(print_json(event));
         }
     }
 }
@@ -215,7 +216,7 @@ impl Watch for Overseer {
     }
 
     fn step(&mut self, change: &Change) {
-        self.event(&serde_json::json!(change));
+        self.event(change);
         if let Change::Ended {
             job,
             verdict: verdict @ (Verdict::Failed { reason } | Verdict::Died { reason, .. }),
@@ -263,7 +264,7 @@ fn status(args: &StatusArgs) -> Result<Outcome, CliError> {
     let rows: Vec<Row> = ledger.rows()?.into_iter().filter(|row| row.is_listed).collect();
     if args.json {
         for row in &rows {
-            print(format_args!("{}\n", status_line(row, &ledger)?))?;
+            print_json(&status_line(row, &ledger)?)?;
         }
         return Ok(Outcome::Done);
     }

@@ -2,7 +2,7 @@ use std::path::Path;
 
 use super::args::CompareArgs;
 use super::compare_folders;
-use super::console::print;
+use super::console::{print, print_json};
 use super::error::{CliError, Outcome};
 use super::judgement::{Pictures, broken_bounds, region};
 use crate::compare::{Comparison, Region, false_colour, signed_difference};
@@ -21,7 +21,7 @@ fn compare_two(args: &CompareArgs) -> Result<Outcome, CliError> {
     let broken = broken_bounds(args, &comparison)?;
     write_error_pictures(args, &pictures, &region)?;
     if args.json {
-        print(format_args!("{}\n", serde_json::json!(comparison)))?;
+        print_json(&comparison)?;
     } else {
         print(format_args!("{comparison}\n"))?;
     }

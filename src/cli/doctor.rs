@@ -1,5 +1,5 @@
 use super::args::DoctorArgs;
-use super::console;
+use super::console::{print, print_json};
 use super::error::{CliError, Outcome};
 use crate::doctor::{Diagnosis, Severity, examine, not_loaded, stability};
 use crate::ppm::Settings;
@@ -9,13 +9,13 @@ use crate::scene::load_with;
 pub fn run(args: &DoctorArgs) -> Result<Outcome, CliError> {
     let Some(path) = &args.scene else {
         let diagnosis = stability()?;
-        print(&diagnosis, args.json)?;
+        tell(&diagnosis, args.json)?;
         return Ok(outcome(&diagnosis, args.strict));
     };
     let mut desc = match load_with(path, &(&args.access).into()) {
         Ok(desc) => desc,
         Err(error) => {
-            print(&not_loaded(path, &error), args.json)?;
+            tell(&not_loaded(path, &error), args.json)?;
             return Ok(Outcome::NotLoaded);
         }
     };
@@ -23,7 +23,7 @@ pub fn run(args: &DoctorArgs) -> Result<Outcome, CliError> {
     let settings = Settings::of_scene(&desc.render);
     let settings = Settings { radius: args.radius.or(settings.radius), ..settings };
     let diagnosis = examine(&desc, settings, args.traversal.into())?;
-    print(&diagnosis, args.json)?;
+    tell(&diagnosis, args.json)?;
     Ok(outcome(&diagnosis, args.strict))
 }
 
@@ -32,14 +32,13 @@ fn outcome(diagnosis: &Diagnosis, strict: bool) -> Outcome {
     if diagnosis.severity() >= least { Outcome::Unsound } else { Outcome::Done }
 }
 
-fn print(diagnosis: &Diagnosis, as_json: bool) -> Result<(), CliError> {
+fn tell(diagnosis: &Diagnosis, as_json: bool) -> Result<(), CliError> {
     if !as_json {
-        return console::print(format_args!("{}\n{}\n", diagnosis.table().to_text(), diagnosis.verdict()));
+        return print(format_args!("{}\n{}\n", diagnosis.table().to_text(), diagnosis.verdict()));
     }
     let Diagnosis { subject, findings } = diagnosis;
     let (severity, verdict) = (diagnosis.severity(), diagnosis.verdict());
-    let value = serde_json::json!({
+    print_json(&serde_json::json!({
         "subject": subject, "severity": severity, "verdict": verdict, "findings": findings
-    });
-    console::print(format_args!("{value}\n"))
+    }))
 }

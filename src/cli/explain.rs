@@ -3,7 +3,7 @@ use std::fmt;
 use serde::Serialize;
 
 use super::args::ExplainArgs;
-use super::console::print;
+use super::console::{print, print_json};
 use super::error::{CliError, Outcome};
 use super::{load, memory, use_threads};
 use crate::effects::Plan;
@@ -32,7 +32,7 @@ pub fn run(args: &ExplainArgs) -> Result<Outcome, CliError> {
     let photons = settings.photons;
     let explanation = Explanation { scene, plan, passes, photons, predicted, measured, ablation };
     if args.json {
-        print(format_args!("{}\n", serde_json::json!(explanation)))?;
+        print_json(&explanation)?;
     } else {
         print(explanation)?;
     }

@@ -5,7 +5,7 @@ use clap::Parser;
 
 use super::args::{Arguments, Command, FarmStatusArgs, SubmitArgs};
 use super::batch;
-use super::console::print;
+use super::console::{print, print_json};
 use super::error::{CliError, Outcome};
 use crate::farm::slurm::{self, Resources, Submitted};
 use crate::farm::{FarmError, Jobs, Picture, Progress, Submission, TaskState, Work, array_list};
@@ -118,7 +118,7 @@ pub fn status(args: &FarmStatusArgs) -> Result<Outcome, CliError> {
     let queued: Result<BTreeMap<u32, String>, FarmError> = slurm::queued(&folder);
     if args.json {
         let queue = queued.as_ref().ok();
-        print(format_args!("{}\n", serde_json::json!({ "progress": progress, "queue": queue })))?;
+        print_json(&serde_json::json!({ "progress": progress, "queue": queue }))?;
     } else {
         print(told(&progress, queued.as_ref().ok()))?;
         if let Err(error) = &queued {

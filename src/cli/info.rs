@@ -3,7 +3,7 @@ use std::fmt;
 use serde::Serialize;
 
 use super::args::InfoArgs;
-use super::console::print;
+use super::console::{print, print_json};
 use super::error::{CliError, Outcome};
 use super::{load, memory};
 use crate::bsdf::{Bsdf, Ggx, Interface, Plastic, RoughSurface};
@@ -33,7 +33,7 @@ pub fn run(args: &InfoArgs) -> Result<Outcome, CliError> {
         peak_memory_bytes: memory::peak_bytes(),
     };
     if args.json {
-        print(format_args!("{}\n", serde_json::json!(info)))?;
+        print_json(&info)?;
     } else {
         print(info)?;
     }

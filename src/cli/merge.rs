@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::args::MergeArgs;
-use super::console::print;
+use super::console::{print, print_json};
 use super::error::{CliError, Outcome};
 use super::part_error::PartError;
 use super::partial::EXTENSION;
@@ -165,7 +165,7 @@ impl<'a> Report<'a> {
             None => note!("no picture is written: {} passes are missing, {gaps}", self.missing),
         }
         if args.json {
-            return print(format_args!("{}\n", serde_json::json!(self)));
+            return print_json(self);
         }
         match &self.array {
             _ if self.missing == 0 => Ok(()),

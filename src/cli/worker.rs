@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use clap::{CommandFactory, FromArgMatches};
 
 use super::args::{Arguments, Command, RenderArgs, WorkerArgs};
-use super::console::print;
+use super::console::print_json;
 use super::error::{CliError, Outcome};
 use super::interrupt::Interrupt;
 use super::render::{Leaving, Prepared};
@@ -87,14 +87,14 @@ impl Job<'_> {
             Ok(args) => self.render(&args).unwrap_or_else(|error| self.failed(&error)),
             Err(error) => Reply::Failed { reason: error.to_string(), memory: false, inputs: Vec::new() },
         };
-        tell(&reply)
+        print_json(&reply)
     }
 
     fn render(&mut self, args: &RenderArgs) -> Result<Reply, CliError> {
         let started = Instant::now();
         let prepared = self.prepare(args)?;
         self.kept.scene = self.kept.meshes.is_some().then(|| prepared.scene());
-        tell(&Reply::Ready {
+        print_json(&Reply::Ready {
             seconds: started.elapsed().as_secs_f64(),
             photons: prepared.photons(),
             passes: prepared.budget.steps,
@@ -106,7 +106,7 @@ impl Job<'_> {
         let mut told = Instant::now();
         let rendered = prepared.render(self.interrupt, Leaving::Either, &mut |passes| {
             if told.elapsed() > BETWEEN_PASSES {
-                drop(tell(&Reply::Pass { passes }));
+                drop(print_json(&Reply::Pass { passes }));
                 told = Instant::now();
             }
         })?;
@@ -161,10 +161,6 @@ impl Job<'_> {
 
 /// Passes are told no more often than this.
 const BETWEEN_PASSES: Duration = Duration::from_millis(250);
-
-fn tell(reply: &Reply) -> Result<(), CliError> {
-    print(format_args!("{}\n", serde_json::json!(reply)))
-}
 
 fn remove_checkpoint(args: &RenderArgs) {
     args.checkpoint.iter().for_each(|path| CheckpointFile::remove(path));
