@@ -8,7 +8,10 @@ use crate::ppm;
 use crate::shard::PassRange;
 
 pub fn number(text: &str, range: impl RangeBounds<f64> + Debug) -> Result<f64, String> {
-    let value = f64::from_str(text).map_err(|_| format!("`{text}` is not a number"))?;
+    within(f64::from_str(text).map_err(|_| format!("`{text}` is not a number"))?, range)
+}
+
+fn within(value: f64, range: impl RangeBounds<f64> + Debug) -> Result<f64, String> {
     if range.contains(&value) { Ok(value) } else { Err(format!("{value} is outside {range:?}")) }
 }
 
@@ -23,10 +26,7 @@ pub fn definition(text: &str) -> Result<(String, String), String> {
 /// A share, which may be written in percent.
 pub fn share(text: &str, range: impl RangeBounds<f64> + Debug) -> Result<f64, String> {
     match text.strip_suffix('%') {
-        Some(percent) => {
-            let value = number(percent.trim(), ..)? / 100.0;
-            if range.contains(&value) { Ok(value) } else { Err(format!("{value} is outside {range:?}")) }
-        }
+        Some(percent) => within(number(percent.trim(), ..)? / 100.0, range),
         None => number(text, range),
     }
 }
