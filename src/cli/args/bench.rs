@@ -4,6 +4,10 @@ use clap::{ArgGroup, Args};
 
 use super::values::{count, count_up_to, number, threads};
 
+/// The questions of which none is about the photon pass, and those of which none is about gathering.
+const NO_PASS: [&str; 6] = ["gather", "rays", "leaks", "numerics", "aim", "guide"];
+const NO_GATHERING: [&str; 6] = ["pass", "rays", "leaks", "numerics", "aim", "guide"];
+
 #[derive(Args, Debug)]
 #[command(group(ArgGroup::new("question").required(true).args(["pass", "gather", "rays", "leaks", "numerics", "aim", "guide"])), after_help = "\
 Examples:
@@ -26,7 +30,7 @@ pub struct BenchArgs {
     #[arg(long)]
     pub gather: bool,
     /// Gather the photons of a pass through this scene (TOML, or XML of Mitsuba 3) at its hit points, rather than on walls
-    #[arg(long, conflicts_with_all = ["pass", "rays", "leaks", "numerics", "aim", "guide"], value_name = "SCENE")]
+    #[arg(long, conflicts_with_all = NO_GATHERING, value_name = "SCENE")]
     pub scene: Option<PathBuf>,
     /// Measure rays of real renders: Embree in all its ways, and the program's own tree
     #[arg(long)]
@@ -47,28 +51,28 @@ pub struct BenchArgs {
     #[arg(long, conflicts_with_all = ["pass", "gather", "rays", "leaks", "numerics"], allow_negative_numbers = true, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub passes: u32,
     /// Gather radius of the pass in scene units [default: the scene's, or two pixels wide]
-    #[arg(long, conflicts_with_all = ["gather", "rays", "leaks", "numerics", "aim", "guide"], allow_negative_numbers = true, value_name = "R", value_parser = |s: &str| number(s, 1e-30..=1e30))]
+    #[arg(long, conflicts_with_all = NO_PASS, allow_negative_numbers = true, value_name = "R", value_parser = |s: &str| number(s, 1e-30..=1e30))]
     pub radius: Option<f64>,
     /// Eye samples a pixel of the pass, 1 to 4096 [default: the scene's]
-    #[arg(long, conflicts_with_all = ["gather", "rays", "leaks", "numerics", "aim", "guide"], allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(long, conflicts_with_all = NO_PASS, allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub samples: Option<u32>,
     /// Trace the eye paths and build the tree anew in every pass
-    #[arg(long, conflicts_with_all = ["gather", "rays", "leaks", "numerics", "aim", "guide"])]
+    #[arg(long, conflicts_with_all = NO_PASS)]
     pub retrace: bool,
     /// Keep caustics and indirect light apart in the pass
-    #[arg(long, conflicts_with_all = ["gather", "rays", "leaks", "numerics", "aim", "guide"])]
+    #[arg(long, conflicts_with_all = NO_PASS)]
     pub apart: bool,
     /// Numbers of spheres to gather among [default: 1e4,1e5,1e6,4e6]
-    #[arg(long, conflicts_with_all = ["pass", "rays", "leaks", "numerics", "aim", "guide"], value_name = "N,..", value_delimiter = ',', value_parser = points)]
+    #[arg(long, conflicts_with_all = NO_GATHERING, value_name = "N,..", value_delimiter = ',', value_parser = points)]
     pub points: Vec<u64>,
     /// Their radii in percent of the longest side of box or scene [default: 0.05,0.1,0.4,1, and 5 without --scene]
-    #[arg(long, conflicts_with_all = ["pass", "rays", "leaks", "numerics", "aim", "guide"], value_name = "PERCENT,..", value_delimiter = ',', value_parser = |s: &str| number(s, 1e-3..=100.0))]
+    #[arg(long, conflicts_with_all = NO_GATHERING, value_name = "PERCENT,..", value_delimiter = ',', value_parser = |s: &str| number(s, 1e-3..=100.0))]
     pub radii: Vec<f64>,
     /// Choose the radius for each number of spheres so that a photon lies in about so many
     #[arg(long, conflicts_with_all = ["radii", "scene", "pass", "rays", "leaks", "numerics", "aim", "guide"], value_name = "K", value_parser = |s: &str| number(s, 1e-3..=1e6))]
     pub overlaps: Option<f64>,
     /// Also measure other sphere trees: costs by volume, smaller leaves, lanes of each instruction set
-    #[arg(long, conflicts_with_all = ["pass", "rays", "leaks", "numerics", "aim", "guide"])]
+    #[arg(long, conflicts_with_all = NO_GATHERING)]
     pub variants: bool,
     /// Numbers of triangles, at least, to trace rays among [default: 36,2e4,131072,1e6]
     #[arg(long, conflicts_with_all = ["pass", "gather", "leaks", "numerics", "aim", "guide"], value_name = "N,..", value_delimiter = ',', value_parser = triangles)]
