@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::args::ExplainArgs;
 use super::console::{print, print_json};
 use super::error::{CliError, Outcome};
-use super::{load, memory, use_threads};
+use super::{load_sized, memory, use_threads};
 use crate::effects::Plan;
 use crate::ppm::Settings;
 use crate::price::{Ablation, Seconds, ablate, measured, predicted};
@@ -14,8 +14,7 @@ use crate::scene::{Scene, SceneDesc};
 
 /// Says what a render of a scene simulates, because of what, and what that costs.
 pub fn run(args: &ExplainArgs) -> Result<Outcome, CliError> {
-    let mut desc = load(&args.scene, &args.access)?;
-    desc.film = args.size.map_or(desc.film, |size| desc.film.resized(size));
+    let desc = load_sized(&args.scene, &args.access, args.size)?;
     let settings = settings(args, &desc);
     memory::check_render(&desc, &settings)?;
     use_threads(args.threads)?;

@@ -94,6 +94,17 @@ fn use_threads(threads: Option<usize>) -> Result<usize, CliError> {
     Ok(rayon::current_num_threads())
 }
 
+/// Loads a scene that is to be rendered in `size`, if one is asked for.
+fn load_sized(
+    path: &Path,
+    access: impl Into<Access>,
+    size: Option<(u32, u32)>,
+) -> Result<SceneDesc, CliError> {
+    let mut desc = load(path, access)?;
+    desc.film = size.map_or(desc.film, |size| desc.film.resized(size));
+    Ok(desc)
+}
+
 /// Loads a scene and passes on what its loader noticed.
 fn load(path: &Path, access: impl Into<Access>) -> Result<SceneDesc, CliError> {
     const MOST_TOLD: usize = 100;

@@ -12,7 +12,7 @@ use super::part_error::PartError;
 use super::pictures::default_output;
 use super::progress::{Budget, Progress};
 use super::render::{announce, settings};
-use super::{load, memory, use_threads};
+use super::{load_sized, memory, use_threads};
 use crate::checkpoint::Facts;
 use crate::effects::Unseen;
 use crate::output::{OutputError, check_writable};
@@ -27,8 +27,7 @@ pub const EXTENSION: &str = "shard";
 pub fn run(args: &RenderArgs) -> Result<Outcome, CliError> {
     let range = range(args)?;
     use_threads(args.run.threads)?;
-    let mut desc = load(&args.scene, &args.run.access)?;
-    desc.film = args.run.size.map_or(desc.film, |size| desc.film.resized(size));
+    let desc = load_sized(&args.scene, &args.run.access, args.run.size)?;
     let settings = settings_of_part(args, &desc);
     IndependentPasses::check(&settings)?;
     memory::check_partial(&desc, &settings)?;

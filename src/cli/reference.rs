@@ -5,7 +5,7 @@ use super::interrupt::Interrupt;
 use super::live::Live;
 use super::pictures::{PicturePath, default_output};
 use super::progress::{Budget, Progress};
-use super::{load, memory, use_threads};
+use super::{load_sized, memory, use_threads};
 use crate::output::{Display, Metadata, Value};
 use crate::reference::{Estimator, Method, share_seen_specular};
 use crate::scene::{Scene, Traversal};
@@ -14,8 +14,7 @@ use crate::scene::{Scene, Traversal};
 pub fn run(args: &ReferenceArgs) -> Result<Outcome, CliError> {
     use_threads(args.run.threads)?;
     let method = Method::from(args.method);
-    let mut desc = load(&args.scene, &args.run.access)?;
-    desc.film = args.run.size.map_or(desc.film, |size| desc.film.resized(size));
+    let desc = load_sized(&args.scene, &args.run.access, args.run.size)?;
     memory::check_reference(&desc.film)?;
     let output = args.output.clone().unwrap_or_else(|| default_output(&desc.name, suffix(method)));
     let picture = PicturePath::new(&output)?.with_half(args.run.half);

@@ -9,7 +9,7 @@ use super::live::Live;
 use super::outputs::Outputs;
 use super::part_error::PartError;
 use super::progress::{Budget, Progress};
-use super::{load, memory, use_threads};
+use super::{load_sized, memory, use_threads};
 use crate::checkpoint::Checkpoint;
 use crate::effects::{EyePaths, Unseen};
 use crate::ppm::{ErrorEstimates, Kinds, PictureError, Planning, RadiusPolicy, Render, Settings};
@@ -66,8 +66,7 @@ impl<'a> Prepared<'a> {
         threads: usize,
     ) -> Result<Prepared<'a>, CliError> {
         let passes = count_of_passes(args)?;
-        let mut desc = load(&args.scene, access)?;
-        desc.film = args.run.size.map_or(desc.film, |size| desc.film.resized(size));
+        let desc = load_sized(&args.scene, access, args.run.size)?;
         let settings = settings(args, &desc);
         check_target(args, &settings)?;
         memory::check_render(&desc, &settings)?;
