@@ -7,9 +7,9 @@ use super::args::{Arguments, Command, FarmStatusArgs, SubmitArgs};
 use super::batch;
 use super::console::{print, print_json};
 use super::error::{CliError, Outcome};
+use super::pictures::PicturePath;
 use crate::farm::slurm::{self, Resources, Submitted};
 use crate::farm::{FarmError, Jobs, Picture, Progress, Submission, TaskState, Work, array_list};
-use crate::output::check_writable;
 
 /// Writes the folder of what is to be spread over machines, and submits the tasks that are not whole.
 pub fn submit(args: &SubmitArgs) -> Result<Outcome, CliError> {
@@ -62,10 +62,7 @@ fn name(args: &SubmitArgs) -> String {
 fn picture(args: &SubmitArgs) -> Result<Picture, CliError> {
     let [scene] = &args.work[..] else { return Err(CliError::OneScene) };
     let output = absolute_path(&args.output)?;
-    if output.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("exr")) {
-        return Err(CliError::NotExrName { path: output });
-    }
-    check_writable(&output).map_err(CliError::BadOutput)?;
+    PicturePath::new(&output)?;
     Ok(Picture {
         scene: absolute_path(Path::new(scene))?,
         flags: args.flags.clone(),
