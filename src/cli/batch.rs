@@ -19,7 +19,7 @@ use crate::batch::{
     self, BatchError, Change, Crew, Job, Kind, Layout, Ledger, Lock, Options, Row, Schedule, Settings,
     Standing, State, Verdict, Vocabulary, Watch, hash_file,
 };
-use crate::output::write_atomically;
+use crate::output::write_bytes;
 use crate::report::{Cell, Table};
 
 /// Renders many scenes, or tells how that stands.
@@ -311,7 +311,7 @@ fn status_line(row: &Row, ledger: &Ledger) -> Result<serde_json::Value, CliError
 fn report(args: &ReportArgs) -> Result<Outcome, CliError> {
     let ledger = Ledger::look(&args.folder)?;
     let (html, path) = (batch::page(&ledger, &args.folder)?, args.folder.join("batch.html"));
-    write_atomically(&path, |out| out.write_all(html.as_bytes()))?;
+    write_bytes(&path, html)?;
     note!("wrote {}", path.display());
     Ok(Outcome::Done)
 }

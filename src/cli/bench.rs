@@ -16,7 +16,7 @@ use crate::bench::numerics;
 use crate::bench::pass::{self, PassSettings};
 use crate::bench::rays::{self, RaySettings};
 use crate::bench::structures::{RIVALS, variants};
-use crate::output::{check_writable, write_atomically};
+use crate::output::{check_writable, write_bytes};
 use crate::ppm::{Aiming, Guiding, Kinds, Settings};
 use crate::report::Page;
 use crate::scene::{Access, Scene};
@@ -189,7 +189,7 @@ fn write(args: &BenchArgs, report: &impl Serialize, page: &Page) -> Result<Outco
 }
 
 fn write_form(path: &Path, text: &str) -> Result<(), CliError> {
-    write_atomically(path, |out| out.write_all(text.as_bytes()))?;
+    write_bytes(path, text)?;
     note!("wrote {}", path.display());
     Ok(())
 }

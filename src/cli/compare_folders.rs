@@ -10,7 +10,7 @@ use super::judgement::{Pictures, broken_bounds, region};
 use crate::compare::{Comparison, MetricName, Region, false_colour, thumbnail};
 use crate::film::Image;
 use crate::math::Rgb;
-use crate::output::{Display, check_writable, write_atomically};
+use crate::output::{Display, check_writable, write_bytes};
 use crate::regression::{Pair, Row, Shown, Verdict, page, pairs, table};
 
 /// The widest picture of the page, in pixels.
@@ -26,7 +26,7 @@ pub fn run(args: &CompareArgs) -> Result<Outcome, CliError> {
     let rows_as_json = serde_json::json!({ "folders": [args.image, args.reference], "pictures": rows });
     let texts = [table(&rows).to_csv(), format!("{rows_as_json:#}\n"), html(args, &rows)];
     for (path, text) in paths.iter().zip(&texts) {
-        write_atomically(path, |out| out.write_all(text.as_bytes()))?;
+        write_bytes(path, text)?;
     }
     print(if args.json { texts[1].clone() } else { table(&rows).to_text() })?;
     let bad = rows.iter().filter(|row| !row.verdict.is_good()).count();

@@ -5,7 +5,7 @@ use super::args::ConvertArgs;
 use super::error::{CliError, Outcome};
 use super::load;
 use crate::input;
-use crate::output::{check_writable, write_atomically};
+use crate::output::{check_writable, write_bytes};
 use crate::scene::save;
 
 /// A path and what is to be there.
@@ -21,9 +21,9 @@ pub fn run(args: &ConvertArgs) -> Result<Outcome, CliError> {
     let new_pictures = new_pictures(folder, saved.pictures)?;
     // The scene file comes last: where it is, its meshes and pictures are.
     for (file, bytes) in saved.meshes.iter().chain(&new_pictures) {
-        write(&folder.join(file), bytes)?;
+        write_bytes(&folder.join(file), bytes)?;
     }
-    write(&args.output, saved.text.as_bytes())?;
+    write_bytes(&args.output, &saved.text)?;
     let (meshes, pictures) = (saved.meshes.len(), new_pictures.len());
     note!("wrote {}, {meshes} mesh files and {pictures} pictures", args.output.display());
     Ok(Outcome::Done)
@@ -41,8 +41,4 @@ fn new_pictures(folder: &Path, pictures: Vec<SavedFile>) -> Result<Vec<SavedFile
         }
     }
     Ok(new)
-}
-
-fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
-    write_atomically(path, |out| out.write_all(bytes)).map_err(CliError::Write)
 }

@@ -10,7 +10,7 @@ use super::error::{CliError, Outcome};
 use super::interrupt::Interrupt;
 use super::{circumstances, load, memory, use_threads};
 use crate::bench::machine::Machine;
-use crate::output::{check_writable, read_exr, read_exr_named, write_atomically};
+use crate::output::{check_writable, read_exr, read_exr_named, write_bytes};
 use crate::ppm::{Render, Settings};
 use crate::report::Table;
 use crate::scene::{FilmDesc, Scene, SceneDesc};
@@ -106,12 +106,10 @@ impl Study<'_> {
         for name in ["study.json", "study.csv", "study.html"] {
             check_writable(&folder.join(name)).map_err(CliError::BadOutput)?;
         }
-        let mut journal = Journal::open(&folder.join("measurements.jsonl"))?;
+        let measurements = folder.join("measurements.jsonl");
+        let mut journal = Journal::open(&measurements)?;
         if journal.was_torn() {
-            note!(
-                "warning: the last line of {} was torn, and is left out",
-                folder.join("measurements.jsonl").display()
-            );
+            note!("warning: the last line of {} was torn, and is left out", measurements.display());
         }
         let reference = match given {
             Some(reference) => reference,
@@ -186,9 +184,9 @@ impl Study<'_> {
     fn write(&self, report: &StudyReport, gallery: &Gallery) -> Result<(), CliError> {
         let folder = &self.args.output;
         let html = folder.join("study.html");
-        write(&folder.join("study.json"), &format!("{:#}\n", serde_json::json!(report)))?;
-        write(&folder.join("study.csv"), &report.points().to_csv())?;
-        write(&html, &page(report, gallery))?;
+        write_bytes(&folder.join("study.json"), format!("{:#}\n", serde_json::json!(report)))?;
+        write_bytes(&folder.join("study.csv"), report.points().to_csv())?;
+        write_bytes(&html, page(report, gallery))?;
         print(without_commands(prices(report)).to_text())?;
         if !report.complete {
             note!("not all was measured; the same command goes on with it");
@@ -209,10 +207,6 @@ fn without_commands(mut table: Table) -> Table {
     table.columns.pop();
     table.rows.iter_mut().for_each(|row| drop(row.pop()));
     table
-}
-
-fn write(path: &Path, text: &str) -> Result<(), CliError> {
-    Ok(write_atomically(path, |out| out.write_all(text.as_bytes()))?)
 }
 
 /// Shows progress, and ends the study when the user or the budget says so.

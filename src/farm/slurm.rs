@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use super::{FarmError, array_list};
-use crate::output::write_atomically;
+use crate::output::write_bytes;
 
 /// Which jobs were submitted for a folder.
 const JOBS: &str = "jobs.txt";
@@ -85,8 +85,7 @@ fn job_of(text: &str) -> String {
 
 fn remember(folder: &Path, job: &str) -> Result<(), FarmError> {
     let before = fs::read_to_string(folder.join(JOBS)).unwrap_or_default();
-    let text = format!("{before}{job}\n");
-    Ok(write_atomically(&folder.join(JOBS), |out| out.write_all(text.as_bytes()))?)
+    Ok(write_bytes(&folder.join(JOBS), format!("{before}{job}\n"))?)
 }
 
 /// The tasks of `folder` that Slurm has in its queue, with their states in Slurm's words.

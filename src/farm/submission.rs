@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::{FarmError, script};
-use crate::output::write_atomically;
+use crate::output::write_bytes;
 use crate::shard::PassRange;
 
 /// The name of the file that says what a folder is for.
@@ -162,7 +162,7 @@ impl Submission {
         ];
         for (name, content) in files {
             let Some(content) = content else { continue };
-            write_atomically(&folder.join(name), |out| out.write_all(content.as_bytes()))?;
+            write_bytes(&folder.join(name), content)?;
         }
         Ok(())
     }

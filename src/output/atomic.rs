@@ -29,6 +29,14 @@ pub fn write_atomically(
     replace_atomically(path, None, write)
 }
 
+/// [`write_atomically`] for content that is all there.
+///
+/// # Errors
+/// Those of [`write_atomically`].
+pub fn write_bytes(path: &Path, bytes: impl AsRef<[u8]>) -> Result<(), OutputError> {
+    write_atomically(path, |out| out.write_all(bytes.as_ref()))
+}
+
 /// [`write_atomically`] that first gives what `path` held the name `aside`, in the same folder.
 ///
 /// At any moment, whatever ends the process, one of the two names has whole content.
@@ -135,10 +143,6 @@ mod tests {
     use std::fs::Permissions;
     use std::os::unix::fs::PermissionsExt;
     use tempfile::TempDir;
-
-    fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
-        write_atomically(path, |out| out.write_all(bytes))
-    }
 
     fn names_in(folder: &TempDir) -> Vec<String> {
         let mut names: Vec<_> = fs::read_dir(folder.path())

@@ -13,7 +13,7 @@ mod png;
 mod png_read;
 
 pub use self::png::{Display, encode_png, write_png, write_png_samples};
-pub use atomic::{check_writable, replace_atomically, write_atomically};
+pub use atomic::{check_writable, replace_atomically, write_atomically, write_bytes};
 pub use curve::Curve;
 pub use error::OutputError;
 pub use exr_layer::{ExrLayer, LayerChannels};

@@ -12,7 +12,7 @@ use crate::bench::timing::timed;
 use crate::compare::{CompareError, Metrics};
 use crate::film::Image;
 use crate::math::DVec3;
-use crate::output::{Metadata, read_exr, write_atomically, write_exr};
+use crate::output::{Metadata, read_exr, write_bytes, write_exr};
 use crate::ppm::{Render, Settings};
 use crate::report::quoted;
 use crate::scene::{Scene, SceneDesc, TraversalError};
@@ -124,8 +124,7 @@ impl Reference {
         if let Some(standard_error) = &self.standard_error {
             write_exr(&folder.join(STANDARD_ERROR), standard_error, &Metadata::new())?;
         }
-        let text = format!("{:#}\n", serde_json::json!(self.manifest));
-        Ok(write_atomically(&folder.join(MANIFEST), |out| out.write_all(text.as_bytes()))?)
+        Ok(write_bytes(&folder.join(MANIFEST), format!("{:#}\n", serde_json::json!(self.manifest)))?)
     }
 
     /// A number that tells its pixels and their errors from others.
