@@ -5,7 +5,7 @@ use std::thread::available_parallelism;
 use std::time::{Duration, Instant};
 
 use clap::{ArgAction, CommandFactory};
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use serde::Serialize;
 
 use super::args::{
@@ -14,7 +14,7 @@ use super::args::{
 use super::console::{print, print_json};
 use super::error::{CliError, Outcome};
 use super::interrupt::Interrupt;
-use super::worker;
+use super::{progress, worker};
 use crate::batch::{
     self, BatchError, Change, Crew, Job, Kind, Layout, Ledger, Lock, Options, Row, Schedule, Settings,
     Standing, State, Verdict, Vocabulary, Watch, hash_file,
@@ -192,10 +192,7 @@ struct Overseer {
 
 impl Overseer {
     fn new(json: bool) -> Overseer {
-        let bar = ProgressBar::new(0);
-        if let Ok(style) = ProgressStyle::with_template("job {pos}/{len} [{wide_bar}] {msg}") {
-            bar.set_style(style.progress_chars("=> "));
-        }
+        let bar = progress::styled(ProgressBar::new(0), "job {pos}/{len} [{wide_bar}] {msg}");
         Overseer { interrupt: Interrupt::listen(), started: Instant::now(), bar, json, shown: None }
     }
 

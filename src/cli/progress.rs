@@ -23,17 +23,28 @@ pub struct Progress {
 const KNOWN_END: &str = "{prefix} {pos}/{len} [{wide_bar}] {msg}, {eta} left";
 const OPEN_END: &str = "{prefix} {pos} {spinner} {msg}, {elapsed} so far";
 
+/// A bar that fills with `steps`; where their number is unknown, a spinner.
+pub fn bar(what: &'static str, steps: Option<u64>) -> ProgressBar {
+    let bar = match steps {
+        Some(steps) => styled(ProgressBar::new(steps), KNOWN_END),
+        None => styled(ProgressBar::new_spinner(), OPEN_END),
+    };
+    bar.set_prefix(what);
+    bar.enable_steady_tick(Duration::from_millis(500));
+    bar
+}
+
+/// A bar with the texts around it.
+pub fn styled(bar: ProgressBar, template: &str) -> ProgressBar {
+    match ProgressStyle::with_template(template) {
+        Ok(style) => bar.with_style(style.progress_chars("=> ")),
+        Err(_) => bar,
+    }
+}
+
 impl Progress {
     pub fn start(what: &'static str, budget: Budget) -> Progress {
-        let (bar, template) = match budget.steps {
-            Some(steps) => (ProgressBar::new(u64::from(steps)), KNOWN_END),
-            None => (ProgressBar::new_spinner(), OPEN_END),
-        };
-        if let Ok(style) = ProgressStyle::with_template(template) {
-            bar.set_style(style.progress_chars("=> "));
-        }
-        bar.set_prefix(what);
-        bar.enable_steady_tick(Duration::from_millis(500));
+        let bar = bar(what, budget.steps.map(u64::from));
         Progress { budget, started: Instant::now(), seconds_before: 0.0, bar }
     }
 

@@ -2,13 +2,13 @@ use std::cell::{Cell, RefCell};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 
 use super::args::StudyArgs;
 use super::console::print;
 use super::error::{CliError, Outcome};
 use super::interrupt::Interrupt;
-use super::{circumstances, load, memory, use_threads};
+use super::{circumstances, load, memory, progress, use_threads};
 use crate::bench::machine::Machine;
 use crate::output::{check_writable, read_exr, read_exr_named, write_bytes};
 use crate::ppm::{Render, Settings};
@@ -227,14 +227,7 @@ impl Overseer {
 
     fn announce(&self, what: &'static str, count: u64) {
         self.first_is_done.set(false);
-        let bar = ProgressBar::new(count);
-        if let Ok(style) = ProgressStyle::with_template("{prefix} {pos}/{len} [{wide_bar}] {msg}, {eta} left")
-        {
-            bar.set_style(style.progress_chars("=> "));
-        }
-        bar.set_prefix(what);
-        bar.enable_steady_tick(Duration::from_millis(500));
-        *self.bar.borrow_mut() = bar;
+        *self.bar.borrow_mut() = progress::bar(what, Some(count));
     }
 }
 
