@@ -31,8 +31,9 @@ def run(*command):
 
 
 def caustica(*arguments):
-    """Standard output of a command of the program; `caustica("render data/pool.toml", "--seed", 1)`."""
-    return run(PROGRAM, *(word for argument in arguments for word in str(argument).split()))
+    """Standard output of a command of the program; `caustica("render data/pool.toml", "--seed", 1)`. Paths are words, whatever is in them."""
+    words = ([argument] if isinstance(argument, Path) else str(argument).split() for argument in arguments)
+    return run(PROGRAM, *(word for several in words for word in several))
 
 
 def caustica_json(*arguments):
