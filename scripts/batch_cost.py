@@ -8,6 +8,7 @@ usage: batch_cost.py PROGRAM [FOLDER [JOBS [REPETITIONS]]]
 import json
 import os
 import resource
+import shutil
 import statistics
 import subprocess
 import sys
@@ -45,14 +46,18 @@ def one_by_one(program, folder, jobs):
     return told, whole
 
 
+def batch(program, out, cores, *arguments):
+    """Seconds of a batch, anew, and what the program tells of each of its jobs."""
+    shutil.rmtree(out, ignore_errors=True)
+    seconds, _ = seconds_of([program, "batch", *arguments, f"--jobs={cores}", "--threads=1", "-o", out])
+    _, status = seconds_of([program, "batch", "status", out, "--json"])
+    return seconds, [json.loads(line) for line in status.stdout.splitlines()]
+
+
 def as_batch(program, folder, jobs, cores):
-    out = folder / "batch"
-    subprocess.run(["rm", "-rf", out], check=True)
     seeds = ",".join(map(str, range(jobs)))
-    command = [program, "batch", SCENE, f"--set=size={SIZE}", f"--set=photons={PHOTONS}", f"--set=seed={seeds}", f"--passes={PASSES}"]
-    seconds, _ = seconds_of([*command, f"--jobs={cores}", "--threads=1", "-o", out])
-    status = subprocess.run([program, "batch", "status", out, "--json"], check=True, capture_output=True, text=True)
-    rows = [json.loads(line) for line in status.stdout.splitlines()]
+    sweep = [f"--set=size={SIZE}", f"--set=photons={PHOTONS}", f"--set=seed={seeds}"]
+    seconds, rows = batch(program, folder / "batch", cores, SCENE, *sweep, f"--passes={PASSES}")
     return seconds, sum(row["seconds"] for row in rows), sum(row["attempts"][0]["load_seconds"] for row in rows)
 
 
@@ -99,13 +104,9 @@ def frames(program, folder, cores):
     subprocess.run([program, "surface", folder / "large.obj", "--cells", str(CELLS)], check=True, capture_output=True)
     for frame in range(FRAMES):
         (folder / f"frame_{frame:02}.toml").write_text(FRAME.format(z=1.5 + 0.01 * frame))
-    out = folder / "out"
-    subprocess.run(["rm", "-rf", out], check=True)
-    seconds, _ = seconds_of([program, "batch", folder / "frame_*.toml", "--passes=1", f"--jobs={cores}", "--threads=1", "-o", out])
-    status = subprocess.run([program, "batch", "status", out, "--json"], check=True, capture_output=True, text=True)
-    attempts = [json.loads(line)["attempts"][0] for line in status.stdout.splitlines()]
+    seconds, rows = batch(program, folder / "out", cores, folder / "frame_*.toml", "--passes=1")
     loads = {}
-    for attempt in attempts:
+    for attempt in (row["attempts"][0] for row in rows):
         loads.setdefault(attempt["process"], []).append(attempt["load_seconds"])
     firsts = sorted(max(loads_of_one) for loads_of_one in loads.values())
     others = sorted(load for loads_of_one in loads.values() for load in sorted(loads_of_one)[:-1])
@@ -117,17 +118,17 @@ def batch_against_renders(program, folder, jobs, cores):
     marks = [processor_seconds()]
     told, whole = one_by_one(program, folder, jobs)
     marks.append(processor_seconds())
-    batch, in_batch, loading = as_batch(program, folder, jobs, cores)
+    seconds, in_batch, loading = as_batch(program, folder, jobs, cores)
     marks.append(processor_seconds())
     return {
         "one by one": sum(whole),
         "renders": sum(told),
-        "batch": batch,
+        "batch": seconds,
         "renders in the batch": in_batch,
         "loading": loading,
-        "against its renders": batch * cores / in_batch,
-        "against processes": batch * cores / sum(whole),
-        "against renders": batch * cores / sum(told),
+        "against its renders": seconds * cores / in_batch,
+        "against processes": seconds * cores / sum(whole),
+        "against renders": seconds * cores / sum(told),
         "renders beside each other": in_batch / sum(told),
         "processor seconds": (marks[2] - marks[1]) / (marks[1] - marks[0]),
     }
