@@ -69,22 +69,23 @@ def phases(key, reports):
     return cells + [middle(times(reports, phase)) for phase in ("trace", "gather")]
 
 
+PHASES_HEAD = ["scene", "pass (ms)", "bare (ms)", "ratio", "photons/s", "trace (ms)", "gather (ms)"]
+
+
 def kept_table(reports):
-    head = ["scene", "pass (ms)", "bare (ms)", "ratio", "photons/s", "trace (ms)", "gather (ms)"]
     counts = ("hit_points", "rays", "overlaps")
     rows = [
         phases(key, reports[key]["all"]) + [f"{reports[key]['all'][0][count]:,.0f}" for count in counts] for key in KEPT
     ]
-    return table([*head, "hit points", "rays", "photons found in radii"], rows)
+    return table([*PHASES_HEAD, "hit points", "rays", "photons found in radii"], rows)
 
 
 def anew_table(reports):
-    head = ["scene", "pass (ms)", "bare (ms)", "ratio", "photons/s", "trace (ms)", "gather (ms)"]
     rows = [
         phases(key, reports[key]["all"]) + [middle(times(reports[key]["all"], phase)) for phase in ("eye", "tree")]
         for key in ANEW
     ]
-    return table([*head, "eye paths (ms)", "tree (ms)"], rows)
+    return table([*PHASES_HEAD, "eye paths (ms)", "tree (ms)"], rows)
 
 
 def speed_ups(reports, phase=None):
