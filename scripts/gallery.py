@@ -9,11 +9,9 @@ With names, renders these alone and keeps what the page has of the others. Pictu
 those of the machine that runs it.
 """
 
-import json
-import subprocess
 import sys
 
-from figures.tools import PROGRAM, ROOT, machine
+from figures.tools import ROOT, caustica_lines, machine
 
 PICTURES = ROOT / "docs/images/gallery"
 
@@ -54,9 +52,7 @@ def render(name, size, passes):
     """Seconds and the last estimate of the error."""
     output = ROOT / "out" / "gallery" / f"{name}.exr"
     output.parent.mkdir(parents=True, exist_ok=True)
-    command = [PROGRAM, "render", f"data/{name}.toml", "--size", size, "--passes", str(passes), "-o", output, "--json", "-"]
-    lines = subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True).stdout.splitlines()
-    records = [json.loads(line) for line in lines]
+    records = caustica_lines(f"render data/{name}.toml --size {size} --passes {passes} --json - -o", output)
     (PICTURES / f"{name}.png").write_bytes(output.with_suffix(".png").read_bytes())
     errors = [record["error"]["upper"] for record in records if record.get("error")]
     return records[-1]["seconds_in_all"], errors[-1] if errors else None
