@@ -14,7 +14,7 @@ import sys
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
-from scenes import ROOT, SHARE, TOLERANCE, compare, mitsuba_render, run
+from scenes import ROOT, SHARE, TOLERANCE, compare, mitsuba, mitsuba_render, run
 
 # Pixels and samples are few: blocks of 16 pixels a side are compared.
 LONGEST = 112
@@ -84,14 +84,10 @@ def check(program, folder, name, mi, numpy):
 def main():
     program, folder = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve()
     names = sys.argv[3:] or sorted(scene.stem for scene in (ROOT / "data").glob("*.toml"))
-    try:
-        import mitsuba as mi
-        import numpy
-    except ImportError as error:
-        print(f"skipped: scenes of data/ by Mitsuba: {error}")
+    there = mitsuba("scenes of data/")
+    if not there:
         return 0
-    mi.set_variant("scalar_rgb")
-    mi.set_log_level(mi.LogLevel.Error)
+    mi, numpy = there
     return 0 if all([check(program, folder, name, mi, numpy) for name in names]) else 1
 
 

@@ -255,17 +255,26 @@ def judged(name, method, exact, mapped):
     return good
 
 
-def main():
-    program, folder, names = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve(), sys.argv[3:] or list(SCENES)
+def mitsuba(checks):
+    """Mitsuba and numpy; nothing where they are missing, which is told."""
     try:
         import mitsuba as mi
         import numpy
     except ImportError as error:
-        print(f"skipped: scenes by Mitsuba: {error}")
-        return 0
+        print(f"skipped: {checks} by Mitsuba: {error}")
+        return None
     # The one variant that needs nothing beyond the package.
     mi.set_variant("scalar_rgb")
     mi.set_log_level(mi.LogLevel.Error)
+    return mi, numpy
+
+
+def main():
+    program, folder, names = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve(), sys.argv[3:] or list(SCENES)
+    there = mitsuba("scenes")
+    if not there:
+        return 0
+    mi, numpy = there
     write_meshes(folder)
     write_sky(mi, numpy, folder)
     write_tile(mi, numpy, folder)
