@@ -68,13 +68,11 @@ fn sample(folder: &Path, rival: &str) -> Outcome<Sample> {
     }
     let file = if rival == "tobj" { "mesh.obj" } else { rival };
     let megabytes = fs::metadata(folder.join(file))?.len() as f64 / 1e6;
-    // Makes the peak what is taken now.
-    fs::write("/proc/self/clear_refs", "5")?;
-    let before = megabytes_of("VmHWM:")?;
+    let before = forget_peak()?;
     if rival == "tobj" {
         let (read, load) = timed(|| parse_alone(&folder.join(file)));
         read?;
-        return Ok(Sample { megabytes, load, build: 0.0, peak: megabytes_of("VmHWM:")? - before });
+        return Ok(Sample { megabytes, load, build: 0.0, peak: peak_megabytes()? - before });
     }
     let scene = folder.join("scene.toml");
     fs::write(&scene, scene_of(file))?;
@@ -83,7 +81,7 @@ fn sample(folder: &Path, rival: &str) -> Outcome<Sample> {
     assert_eq!(desc.meshes[0].triangles.len(), 2 * (CELLS * CELLS) as usize);
     let (built, build) = timed(|| Scene::new(desc));
     built?;
-    Ok(Sample { megabytes, load, build, peak: megabytes_of("VmHWM:")? - before })
+    Ok(Sample { megabytes, load, build, peak: peak_megabytes()? - before })
 }
 
 /// The second of two scenes that differ in their cameras.
@@ -94,12 +92,11 @@ fn next_frame(folder: &Path, file: &str) -> Outcome<Sample> {
     fs::write(&path, scene_of(file))?;
     let first = Scene::new(load_with(&path, &access)?)?;
     fs::write(&path, scene_of(file).replace("fov = 40", "fov = 41"))?;
-    fs::write("/proc/self/clear_refs", "5")?;
-    let before = megabytes_of("VmHWM:")?;
+    let before = forget_peak()?;
     let (desc, load) = timed(|| load_with(&path, &access));
     let (second, build) = timed(|| first.successor(desc?).map_err(Box::<dyn Error>::from));
     assert!(second?.shares_tree(&first));
-    Ok(Sample { megabytes, load, build, peak: megabytes_of("VmHWM:")? - before })
+    Ok(Sample { megabytes, load, build, peak: peak_megabytes()? - before })
 }
 
 fn parse_alone(path: &Path) -> Outcome<usize> {
@@ -110,9 +107,16 @@ fn parse_alone(path: &Path) -> Outcome<usize> {
     Ok(models.len())
 }
 
-fn megabytes_of(field: &str) -> Outcome<f64> {
+/// Makes the peak of the process what it holds now, and tells it.
+fn forget_peak() -> Outcome<f64> {
+    fs::write("/proc/self/clear_refs", "5")?;
+    peak_megabytes()
+}
+
+fn peak_megabytes() -> Outcome<f64> {
     let status = fs::read_to_string("/proc/self/status")?;
-    let line = status.lines().find_map(|line| line.strip_prefix(field)).ok_or("no such field")?;
+    let line =
+        status.lines().find_map(|line| line.strip_prefix("VmHWM:")).ok_or("the system tells no peak")?;
     let kibibytes: f64 = line.trim().trim_end_matches("kB").trim().parse()?;
     Ok(kibibytes * 1024.0 / 1e6)
 }
