@@ -131,7 +131,7 @@ pub enum CliError {
     Memory { what: String, source: std::io::Error, remedy: &'static str },
     #[error("cannot encode a picture of the page: {source}")]
     Thumbnail { source: std::io::Error },
-    #[error("cannot start threads: {reason}")]
+    #[error("cannot start threads: {reason}; ask for fewer with --threads")]
     Threads { reason: String },
 }
 

@@ -153,7 +153,8 @@ impl<'a> Report<'a> {
         let gaps = ranges(self.gaps);
         if self.not_finite_pixels > 0 {
             note!(
-                "warning: {} pixels were not finite in some pass, which they leave out",
+                "warning: {}: {} pixels were not finite in some pass, which they leave out",
+                args.output.display(),
                 self.not_finite_pixels
             );
         }
