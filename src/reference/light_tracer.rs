@@ -90,7 +90,7 @@ impl LightPath {
         hit: &SurfaceHit,
         scattering: &Scattering,
         rng: &mut Rng,
-    ) -> Option<Seen> {
+    ) -> Option<Connection> {
         let (lens, margin) = (random_lens_sample(scene, rng), scene.film().filter.reach() - 0.5);
         let seen = scene.camera().project(hit.p, lens, margin)?;
         let (event, value) = scattered_towards(scene, hit, scattering, seen.to_camera)?;
@@ -101,7 +101,7 @@ impl LightPath {
         let left = scene.transmittance(scene.camera_media(), sight.dir.length());
         let radiance = self.power * value * left * (correction * seen.pixels_per_area);
         let visible = radiance.max_element() > 0.0 && !scene.occluded(&sight);
-        visible.then_some(Seen { raster: seen.raster, radiance })
+        visible.then_some(Connection { raster: seen.raster, radiance })
     }
 
     fn scattered(
@@ -147,8 +147,8 @@ fn scattered_towards(
     }
 }
 
-/// What the film receives at a point.
-struct Seen {
+/// A vertex of a light path, connected to the camera: what the film receives of it at a point.
+struct Connection {
     /// In pixels from the top left corner of the picture.
     raster: Vec2,
     /// What a pixel of one point receives, if all of it is there.
@@ -156,19 +156,19 @@ struct Seen {
 }
 
 /// What the pixels around receive of it, each by its filter.
-fn filtered(scene: &Scene, seen: Seen) -> impl Iterator<Item = Splat> {
+fn filtered(scene: &Scene, connection: Connection) -> impl Iterator<Item = Splat> {
     let FilmDesc { width, height, filter } = scene.film();
     let near = |at: f32, side: u32| {
         let first = (at - 0.5 - filter.reach()).ceil().max(0.0) as u32;
         first..((at - 0.5 + filter.reach()).floor() + 1.0).clamp(0.0, side as f32) as u32
     };
-    let columns = near(seen.raster.x, width);
-    let pixels = near(seen.raster.y, height).flat_map(move |y| columns.clone().map(move |x| (x, y)));
+    let columns = near(connection.raster.x, width);
+    let pixels = near(connection.raster.y, height).flat_map(move |y| columns.clone().map(move |x| (x, y)));
     pixels.filter_map(move |(x, y)| {
         let middle = Vec2::new(x as f32, y as f32) + 0.5;
-        let share = filter.density(seen.raster - middle);
+        let share = filter.density(connection.raster - middle);
         let pixel = y as usize * width as usize + x as usize;
-        (share > 0.0).then_some(Splat { pixel, radiance: share * seen.radiance })
+        (share > 0.0).then_some(Splat { pixel, radiance: share * connection.radiance })
     })
 }
 
