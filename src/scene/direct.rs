@@ -5,16 +5,16 @@ use crate::math::{Ray, Rgb, Rng, Vec3, balance, offset_origin};
 
 /// Light that arrives at a receiver straight from the lights.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct DirectLight {
+pub struct DirectIrradiance {
     /// Irradiance (W/m²) with respect to the shading normal, under the coat.
     pub irradiance: Rgb,
     /// Shadow rays that it took.
     pub shadow_rays: u32,
 }
 
-impl DirectLight {
-    fn plus(self, other: DirectLight) -> DirectLight {
-        DirectLight {
+impl DirectIrradiance {
+    fn plus(self, other: DirectIrradiance) -> DirectIrradiance {
+        DirectIrradiance {
             irradiance: self.irradiance + other.irradiance,
             shadow_rays: self.shadow_rays + other.shadow_rays,
         }
@@ -23,18 +23,18 @@ impl DirectLight {
 
 impl Scene {
     /// The exact irradiance from all point lights: `Σ I cos θ / d²` over those that are visible.
-    pub fn direct_from_points(&self, lights: &Lights, receiver: &Receiver) -> DirectLight {
+    pub fn direct_from_points(&self, lights: &Lights, receiver: &Receiver) -> DirectIrradiance {
         lights
             .illuminate_delta(receiver.p)
             .map(|sample| self.arriving(receiver, &sample))
-            .fold(DirectLight::default(), DirectLight::plus)
+            .fold(DirectIrradiance::default(), DirectIrradiance::plus)
     }
 
     /// An unbiased estimate of the irradiance from all area lights, from one shadow ray.
-    pub fn direct_from_areas(&self, lights: &Lights, receiver: &Receiver, rng: &mut Rng) -> DirectLight {
+    pub fn direct_from_areas(&self, lights: &Lights, receiver: &Receiver, rng: &mut Rng) -> DirectIrradiance {
         lights
             .illuminate_area(receiver.p, rng)
-            .map_or(DirectLight::default(), |sample| self.arriving(receiver, &sample))
+            .map_or(DirectIrradiance::default(), |sample| self.arriving(receiver, &sample))
     }
 
     /// The shadow rays of [`Scene::direct_from_points`] and [`Scene::direct_from_areas`], in this order.
@@ -49,8 +49,8 @@ impl Scene {
     }
 
     /// What of the illumination `sample` arrives at the receiver, by one shadow ray unless it faces away.
-    pub fn arriving(&self, receiver: &Receiver, sample: &IlluminationSample) -> DirectLight {
-        let Some(ray) = shadow_ray(receiver, sample) else { return DirectLight::default() };
+    pub fn arriving(&self, receiver: &Receiver, sample: &IlluminationSample) -> DirectIrradiance {
+        let Some(ray) = shadow_ray(receiver, sample) else { return DirectIrradiance::default() };
         let cos = receiver.ns.dot(sample.wi);
         let received = cos * receiver.coat.transmittance(cos);
         let irradiance = if self.occluded(&ray) {
@@ -58,7 +58,7 @@ impl Scene {
         } else {
             received * sample.irradiance * self.direct_transmittance(ray.origin, ray.dir.length())
         };
-        DirectLight { irradiance, shadow_rays: 1 }
+        DirectIrradiance { irradiance, shadow_rays: 1 }
     }
 }
 

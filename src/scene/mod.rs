@@ -33,7 +33,7 @@ pub(crate) use crate::embree::{HitPacket, RayPacket, Row};
 pub use desc::{
     CameraDesc, FilmDesc, LightDesc, Material, PointLightDesc, RenderDesc, SceneDesc, SphereDesc, Textures,
 };
-pub use direct::DirectLight;
+pub use direct::DirectIrradiance;
 pub use error::SceneError;
 pub use load::{Access, FilesRead, Limits, MeshMemory, load, load_with};
 pub use media::Media;
