@@ -15,23 +15,23 @@ use crate::math::Vec3;
 
 /// The radii of the spheres.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Radii {
+pub enum RadiusChoice {
     /// In percent of [`Source::extent`]: every one with every number of points.
     Percent(Vec<f64>),
     /// For each number of points on walls the one with which a photon away from the edges lies in so many spheres.
     Overlaps(f64),
 }
 
-impl Radii {
+impl RadiusChoice {
     /// Percentages to measure with `points` points.
     fn percentages(&self, points: usize, source: &Source) -> Result<Vec<f64>, BenchError> {
         match (self, source) {
-            (Radii::Percent(percentages), _) => Ok(percentages.clone()),
+            (RadiusChoice::Percent(percentages), _) => Ok(percentages.clone()),
             // k = n π r² / 6 on the six walls of the unit box.
-            (Radii::Overlaps(overlaps), Source::Walls) => {
+            (RadiusChoice::Overlaps(overlaps), Source::Walls) => {
                 Ok(vec![100.0 * (6.0 * overlaps / (PI * points as f64)).sqrt()])
             }
-            (Radii::Overlaps(_), Source::Render(render)) => {
+            (RadiusChoice::Overlaps(_), Source::Render(render)) => {
                 Err(BenchError::NoOverlaps { scene: render.name.into() })
             }
         }
@@ -44,7 +44,7 @@ pub struct GatherSettings {
     /// Numbers of spheres.
     pub points: Vec<usize>,
     /// Their radii.
-    pub radii: Radii,
+    pub radii: RadiusChoice,
     /// Photons: of one gathering on walls, emitted ones in a render.
     pub photons: usize,
     /// Rounds in which every rival builds and gathers once.
@@ -276,7 +276,7 @@ mod tests {
     fn settings() -> GatherSettings {
         GatherSettings {
             points: vec![2000, 300],
-            radii: Radii::Percent(vec![0.5, 5.0]),
+            radii: RadiusChoice::Percent(vec![0.5, 5.0]),
             photons: 3000,
             repetitions: 2,
         }
@@ -341,7 +341,7 @@ mod tests {
     #[test]
     fn a_render_has_no_radii_by_overlaps() {
         with_render(|source| {
-            let settings = GatherSettings { radii: Radii::Overlaps(5.0), ..settings() };
+            let settings = GatherSettings { radii: RadiusChoice::Overlaps(5.0), ..settings() };
             let error = measure(&settings, source, &RIVALS, |_, _| ()).unwrap_err();
             assert!(error.to_string().starts_with("room: radii cannot be chosen by overlaps"), "{error}");
         });
@@ -377,7 +377,7 @@ mod tests {
 
     #[test]
     fn equal_overlaps_shrink_the_radius_with_the_root_of_the_number() {
-        let radii = Radii::Overlaps(50.0);
+        let radii = RadiusChoice::Overlaps(50.0);
         let radius = |points| radii.percentages(points, &Source::Walls).unwrap()[0];
         let (few, many) = (radius(10_000), radius(40_000));
         assert!((few / many - 2.0).abs() < 1e-12);

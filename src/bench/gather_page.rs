@@ -124,7 +124,7 @@ impl GatherRow {
 
 #[cfg(test)]
 mod tests {
-    use super::super::gather::{GatherSettings, Radii, measure};
+    use super::super::gather::{GatherSettings, RadiusChoice, measure};
     use super::super::gather_source::{Rendered, Source};
     use super::super::ray_scenes::room;
     use super::super::structures::RIVALS;
@@ -133,7 +133,7 @@ mod tests {
     use crate::scene::Scene;
 
     fn report(source: &Source) -> GatherReport {
-        let radii = Radii::Percent(vec![0.5, 5.0]);
+        let radii = RadiusChoice::Percent(vec![0.5, 5.0]);
         let settings = GatherSettings { points: vec![2000, 300], radii, photons: 500, repetitions: 2 };
         measure(&settings, source, &RIVALS, |_, _| ()).unwrap()
     }

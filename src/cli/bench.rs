@@ -8,7 +8,7 @@ use super::error::{CliError, Outcome};
 use super::{load, use_threads};
 use crate::bench::aim;
 use crate::bench::equal_time::EqualTimeSettings;
-use crate::bench::gather::{self, GatherSettings, Radii};
+use crate::bench::gather::{self, GatherSettings, RadiusChoice};
 use crate::bench::gather_source::{Rendered, Source};
 use crate::bench::guide;
 use crate::bench::leaks;
@@ -135,7 +135,7 @@ fn gather_settings(args: &BenchArgs, source: &Source) -> GatherSettings {
     if !args.radii.is_empty() {
         percentages.clone_from(&args.radii);
     }
-    let radii = args.overlaps.map_or(Radii::Percent(percentages), Radii::Overlaps);
+    let radii = args.overlaps.map_or(RadiusChoice::Percent(percentages), RadiusChoice::Overlaps);
     let photons = args.photons.unwrap_or(photons) as usize;
     GatherSettings { points, radii, photons, repetitions: args.repetitions as usize }
 }
