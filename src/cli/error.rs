@@ -166,22 +166,11 @@ impl CliError {
             | CliError::Part(_)
             | CliError::Memory { .. }
             | CliError::MemoryLimit { .. }
-            | CliError::Bench(
-                BenchError::TooFewHitPoints { .. }
-                | BenchError::NoPhotons { .. }
-                | BenchError::NoCaustic { .. }
-                | BenchError::NoOverlaps { .. },
-            )
             | CliError::Study(
                 StudyError::Compare(_) | StudyError::Line { .. } | StudyError::NotFinite { .. },
             ) => 2,
-            CliError::Batch(error) => match error {
-                BatchError::Ledger { .. }
-                | BatchError::File { .. }
-                | BatchError::Start { .. }
-                | BatchError::Output(_) => 1,
-                _ => 2,
-            },
+            CliError::Batch(error) => code_of_batch(error),
+            CliError::Bench(error) => code_of_bench(error),
             // As if SIGPIPE had ended the process.
             CliError::StandardOutput { source } if source.kind() == ErrorKind::BrokenPipe => 141,
             #[cfg(feature = "oidn")]
@@ -192,9 +181,28 @@ impl CliError {
             | CliError::StandardOutput { .. }
             | CliError::Statistics { .. }
             | CliError::Stability(StabilityError::Threads { .. })
-            | CliError::Bench(_)
             | CliError::Study(_)
             | CliError::Threads { .. } => 1,
         })
+    }
+}
+
+fn code_of_batch(error: &BatchError) -> u8 {
+    match error {
+        BatchError::Ledger { .. }
+        | BatchError::File { .. }
+        | BatchError::Start { .. }
+        | BatchError::Output(_) => 1,
+        _ => 2,
+    }
+}
+
+fn code_of_bench(error: &BenchError) -> u8 {
+    match error {
+        BenchError::TooFewHitPoints { .. }
+        | BenchError::NoPhotons { .. }
+        | BenchError::NoCaustic { .. }
+        | BenchError::NoOverlaps { .. } => 2,
+        _ => 1,
     }
 }
