@@ -19,10 +19,10 @@ pub struct PicturePath {
 impl PicturePath {
     /// Checks, before any work is done, that both files can be written.
     pub fn new(exr: &Path) -> Result<PicturePath, CliError> {
+        check_writable(exr).map_err(CliError::BadOutput)?;
         if exr.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
             return Err(CliError::NotExrName { path: exr.into() });
         }
-        check_writable(exr).map_err(CliError::BadOutput)?;
         let png = exr.with_extension("png");
         check_writable(&png).map_err(CliError::BadOutput)?;
         Ok(PicturePath { exr: exr.into(), png, half: false })
