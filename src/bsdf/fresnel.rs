@@ -178,4 +178,22 @@ mod tests {
             assert!((f64::from(pane_reflectance(cos, 1.5)) - r - turns).abs() < 1e-6);
         }
     }
+
+    /// In vectors, without a frame: `wi = -wo / eta + (cos_i / eta - cos_t) n`, with `n` on the side of `wo`.
+    #[test]
+    fn refraction_out_of_the_x_z_plane_follows_its_vector_form() {
+        for (wo, ior) in [
+            (Vec3::new(0.48, -0.36, 0.8), 1.5),
+            (Vec3::new(-0.24, 0.32, -0.916_515_1), 1.5),
+            (Vec3::new(0.36, 0.48, 0.8), 0.9),
+        ] {
+            let n = Vec3::Z * wo.z.signum();
+            let eta = if wo.z > 0.0 { ior } else { 1.0 / ior };
+            let cos_t = (1.0 - (1.0 - wo.z * wo.z) / (eta * eta)).sqrt();
+            let expected = -wo / eta + (wo.dot(n) / eta - cos_t) * n;
+            let found = refract(wo, ior).unwrap();
+            assert_eq!(found.eta, eta);
+            assert!((found.wi - expected).length() < 1e-6, "{wo}, {ior}: {}, not {expected}", found.wi);
+        }
+    }
 }
