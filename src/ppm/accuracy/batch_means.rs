@@ -263,4 +263,25 @@ mod tests {
         let loud = batches_of(12, |pass| 1e6 + f64::from(pass % 3)).variance(0).x;
         assert!((0.02..0.1).contains(&loud), "{loud}");
     }
+
+    /// Passes of `light + slope R²` without noise, in batches of several passes: the bias is `slope` times the mean `R²` of both halves.
+    /// Catches a batch that is told the radius of its end, or of the next pass.
+    #[test]
+    fn an_open_batch_has_the_mean_radius_of_its_passes() {
+        const RADII2: [f64; 10] = [1.0, 0.9, 0.7, 0.6, 0.55, 0.5, 0.45, 0.3, 0.25, 0.2];
+        let (mut batches, mut sum) = (BatchMeans::new(1, 1), 0.0);
+        for (pass, radius2) in (1..).zip(RADII2) {
+            sum += 2.0 + 3.0 * radius2;
+            batches.shrink(RADII2.get(pass as usize).copied().unwrap_or(0.1));
+            if [1, 3, 4, 7, 10].contains(&pass) {
+                batches.close(pass, |_| DVec3::splat(sum / f64::from(pass)));
+            }
+        }
+        // The mean of both halves: passes 1, 4 and 8 to 10, passes 2, 3 and 5 to 7.
+        let halves = [(1.0 + 0.6 + 0.3 + 0.25 + 0.2) / 5.0, (0.9 + 0.7 + 0.55 + 0.5 + 0.45) / 5.0];
+        let expected = 3.0 * (halves[0] + halves[1]) / 2.0;
+        for bias in batches.biases(0).unwrap() {
+            assert!((bias.x - expected).abs() < 1e-4, "{bias}, not {expected}");
+        }
+    }
 }

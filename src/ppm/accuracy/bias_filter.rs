@@ -154,4 +154,42 @@ mod tests {
     fn filter_needs_all_pixels() {
         assert!(BiasFilter::new(&BatchMeans::new(100, 3), 10, |pixel| pixel).is_none());
     }
+
+    /// Two biases of each pixel in a picture of 9 × 8 pixels, that are polynomials of the place.
+    fn pair(x: usize, y: usize) -> [f64; 2] {
+        let (x, y) = (x as f64, y as f64);
+        [3.0 + 0.5 * x + 0.1 * y * y, 2.0 + 0.2 * x * y]
+    }
+
+    /// Windows in the middle, at an edge and in a corner, against sums over all pixels by their distance.
+    #[test]
+    fn a_window_weighs_all_pixels_within_its_reach_alike() {
+        let places = || (0..8).flat_map(|y| (0..9).map(move |x| (x, y)));
+        let pixels = places().map(|(x, y)| Biases::of(Some(pair(x, y).map(DVec3::splat)))).collect();
+        let filter = BiasFilter { width: 9, pixels };
+        for (x, y) in [(4, 4), (0, 3), (8, 0), (1, 7)] {
+            let near = || {
+                places()
+                    .filter(|at| at.0.abs_diff(x) <= 3 && at.1.abs_diff(y) <= 3)
+                    .map(|at| pair(at.0, at.1))
+            };
+            let n = near().count() as f64;
+            let product = near().map(|[a, b]| a * b).sum::<f64>() / n;
+            let noise = near().map(|[a, b]| (a - b).powi(2) / 4.0).sum::<f64>() / n;
+            let share = (product - 0.4 * noise) / (product + 0.6 * noise);
+            let [a, b] = pair(x, y);
+            let found = filter.at(y * 9 + x);
+            assert!((found.mean.y - share * (a + b) / 2.0).abs() < 1e-12, "{x} {y}: {:?}", found);
+            assert!((found.variance.z - share * noise).abs() < 1e-12, "{x} {y}: {:?}", found);
+        }
+    }
+
+    /// Where both disagree, and where nothing is known, no bias is claimed.
+    #[test]
+    fn biases_that_disagree_are_noise() {
+        for biases in [Some([DVec3::ONE, -DVec3::ONE]), None] {
+            let filter = BiasFilter { width: 1, pixels: vec![Biases::of(biases)] };
+            assert_eq!(filter.at(0), Bias { mean: DVec3::ZERO, variance: DVec3::ZERO });
+        }
+    }
 }
