@@ -72,4 +72,31 @@ mod tests {
         }
         assert!((through / (PI * 5.0) - 1.0).abs() < 0.04, "{through}");
     }
+
+    /// From inside and outside of the ball: along the ray, and farther than the far side of the ball, where the ray meets it at
+    /// `b + √(b² - |p - c|² + R²)` with `b = (c - p) · wi`. Shadow rays that end earlier would miss what is between.
+    #[test]
+    fn what_lies_beyond_is_past_the_far_side_of_the_ball() {
+        let ball = BoundingSphere { center: Vec3::new(1.0, 2.0, -3.0), radius: 4.0 };
+        let wi = Vec3::new(0.6, 0.0, 0.8);
+        for p in [ball.center, ball.center - 3.9 * wi, ball.center + 3.9 * wi, ball.center - 20.0 * wi] {
+            let along = beyond(&ball, p, wi) - p;
+            let b = (ball.center - p).dot(wi);
+            let far = b + (b * b - p.distance_squared(ball.center) + 16.0).max(0.0).sqrt();
+            assert!(along.dot(wi) > far + 3.0, "{p}: {along}, not beyond {far}");
+            assert!(along.cross(wi).length() < 1e-4, "{along} is not along {wi}");
+        }
+    }
+
+    /// Light comes from where it does not go to.
+    #[test]
+    fn shadow_rays_go_against_the_light() {
+        let ball = BoundingSphere { center: Vec3::ZERO, radius: 1.0 };
+        let direction = Vec3::new(0.6, -0.8, 0.0);
+        let light = Distant { direction, irradiance: Rgb::new(1.0, 2.0, 3.0), ball };
+        let sample = light.illuminate(Vec3::new(0.5, 0.0, 0.0));
+        assert_eq!((sample.wi, sample.irradiance), (-direction, light.irradiance));
+        assert!((sample.target - Vec3::new(0.5, 0.0, 0.0)).normalize().distance(-direction) < 1e-6);
+        assert_eq!((sample.target_error, sample.pdf_w), (0.0, f32::INFINITY));
+    }
 }

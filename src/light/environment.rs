@@ -353,4 +353,50 @@ mod tests {
         let black = Image::from_pixels(2, 1, vec![Rgb::ZERO; 2]).unwrap();
         assert_eq!(Panorama::new(black, 1.0, 0.0), None);
     }
+
+    /// `wi` from longitude and colatitude, in pictures, of a sky that is not turned.
+    fn direction(u: f64, v: f64) -> Vec3 {
+        let (longitude, colatitude) = ((u - 0.5) * 2.0 * PI64, v * PI64);
+        let across = DVec3::new(longitude.sin(), 0.0, -longitude.cos());
+        (colatitude.sin() * across + colatitude.cos() * DVec3::Y).as_vec3()
+    }
+
+    /// Pixel centres stand at `(x + 1/2) / width` and rows at `y / (height - 1)`; what is between them is a share of the way.
+    /// The last column is followed by the first.
+    #[test]
+    fn between_two_pixels_radiance_is_bilinear() {
+        let value = |x: usize, y: usize| (3 * (x % 8) + 7 * y + 2 * (x % 8) * y) as f32;
+        let pixels = (0..8 * 5).map(|k| Rgb::splat(value(k % 8, k / 8))).collect();
+        let sky = Panorama::new(Image::from_pixels(8, 5, pixels).unwrap(), 2.0, 0.0).unwrap();
+        for (x, y) in [(0, 0), (2, 1), (5, 2), (7, 3)] {
+            for (right, down) in [(0.3, 0.6), (0.75, 0.2)] {
+                let dir = direction((x as f64 + right + 0.5) / 8.0, (y as f64 + down) / 4.0);
+                let (field, along) = sky.field(dir);
+                assert_eq!(field, [x, y], "{dir}");
+                assert!((along[0] - right).abs() < 1e-4 && (along[1] - down).abs() < 1e-4, "{along:?}");
+                let (right, down) = (right as f32, down as f32);
+                let row = |y| value(x, y) + right * (value(x + 1, y) - value(x, y));
+                let expected = 2.0 * (row(y) + down * (row(y + 1) - row(y)));
+                let found = sky.radiance(dir).x;
+                assert!((found - expected).abs() < 0.01, "{x} {y}: {found}, not {expected}");
+            }
+        }
+    }
+
+    /// Photons start on the far side of the ball from where they go, on the disc before it, and come from where their light is.
+    #[test]
+    fn photons_enter_from_the_side_of_their_light() {
+        let ball = BoundingSphere { center: Vec3::new(3.0, -1.0, 2.0), radius: 2.0 };
+        let environment = Environment::picture(sky(), ball);
+        let mut rng = Rng::new(4, Stream::Test, 0, 0);
+        for _ in 0..1000 {
+            let photon = environment.emit(rng.next_vec2(), rng.next_vec2());
+            let to_center = ball.center - photon.origin;
+            assert!((to_center.dot(photon.dir) - 2.0).abs() < 1e-5, "{photon:?}");
+            assert!(to_center.cross(photon.dir).length() < 2.0 + 1e-5, "{photon:?}");
+            let weight = 4.0 * PI / environment.pdf_w(-photon.dir);
+            let expected = environment.radiance(-photon.dir) * weight;
+            assert!((photon.power - expected).length() <= 1e-4 * expected.length(), "{photon:?}");
+        }
+    }
 }

@@ -109,4 +109,25 @@ mod tests {
             assert!((drawn - weighed).abs() < 0.03, "{spot:?}: {drawn} {weighed}");
         }
     }
+
+    /// Around the axis directions turn evenly, by `2π u.y`: equal steps of it are equal angles, which add up to a full turn, and
+    /// leave the angle from the axis as it is.
+    #[test]
+    fn directions_turn_evenly_around_the_axis() {
+        for spot in spots() {
+            for share in [0.1, 0.9] {
+                let across = |k: u8| {
+                    let dir = spot.sample(Vec2::new(share, f32::from(k) / 8.0));
+                    let along = dir.dot(spot.axis);
+                    assert!((along - spot.sample(Vec2::new(share, 0.0)).dot(spot.axis)).abs() < 1e-6);
+                    (dir - along * spot.axis).normalize()
+                };
+                for k in 0..8 {
+                    let (now, next) = (across(k), across(k + 1));
+                    let turn = now.cross(next).dot(spot.axis).atan2(now.dot(next));
+                    assert!((turn - std::f32::consts::FRAC_PI_4).abs() < 1e-4, "{spot:?}: {turn}");
+                }
+            }
+        }
+    }
 }
