@@ -140,4 +140,20 @@ mod tests {
     fn alpha_one_never_shrinks() {
         assert_eq!(after(3200, 1, 1.0, |_| 0).radius2, 1.0);
     }
+
+    /// Photons of half the flux, taken thrice: fluxes go with the factor, their squares with its square.
+    #[test]
+    fn squares_grow_with_the_square_of_the_factor() {
+        let one = PartSums { flux: [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0], squares: 10.0 };
+        let mut sum = PartSums { flux: [100.0; PARTS], squares: 1000.0 };
+        for _ in 0..3 {
+            sum.add_times(0.5, &one);
+        }
+        assert_eq!(sum.flux, [101.5, 103.0, 104.5, 106.0, 107.5, 109.0, 110.5, 112.0]);
+        assert_eq!(sum.squares, 1007.5);
+        // So χ² knows no unit: 8 · Σ (F - 4.5)² / 10.
+        let mut scaled = PartSums::default();
+        scaled.add_times(7.0, &one);
+        assert!((scaled.chi_squared() - 33.6).abs() < 1e-12 && (one.chi_squared() - 33.6).abs() < 1e-12);
+    }
 }
