@@ -290,4 +290,14 @@ mod tests {
             [[0.5, 0.0]; 2]
         );
     }
+
+    /// A hit point that shrinks by a common schedule, or not at all, does not by its own photons.
+    #[test]
+    fn radii_shrink_by_one_rule_alone() {
+        let rules = |policy: RadiusPolicy| (policy.own_alpha(0.7), policy.common_ratio(0.7, 4));
+        assert_eq!(rules(RadiusPolicy::HitPoint), (0.7, None));
+        assert_eq!(rules(RadiusPolicy::Tested), (0.7, None));
+        assert_eq!(rules(RadiusPolicy::Shared), (1.0, Some(4.7 / 5.0)));
+        assert_eq!(rules(RadiusPolicy::Fixed), (1.0, None));
+    }
 }
