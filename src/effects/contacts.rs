@@ -58,7 +58,9 @@ pub(super) fn are_in_one_place(triangles: &Triangles, a: Face, b: Face) -> bool 
 
 #[cfg(test)]
 mod tests {
+    use super::super::testing::{WALL, scene_of};
     use super::*;
+    use crate::scene::Mesh;
 
     #[test]
     fn what_is_behind_or_beside_a_lamp_takes_none_of_its_light() {
@@ -85,5 +87,49 @@ mod tests {
         for (at, meets) in [(1.0 / 3.0, true), (0.43, true), (0.44, false), (0.24, true), (0.23, false)] {
             assert_eq!(plane_meets(slope, &cube(at)), meets, "{at}");
         }
+    }
+
+    /// A lamp away from the origin and askew: what is a step outward of a side, seen from the centroid, is beyond that side alone.
+    #[test]
+    fn sides_are_told_by_the_centroid() {
+        let lamp = [Vec3::new(5.0, 1.0, 2.0), Vec3::new(7.0, 2.0, 1.0), Vec3::new(6.0, 4.0, 3.0)];
+        let centroid = (lamp[0] + lamp[1] + lamp[2]) / 3.0;
+        for side in 0..3 {
+            let (a, b) = (lamp[side], lamp[(side + 1) % 3]);
+            let foot = a + (centroid - a).project_onto(b - a);
+            let outward = foot - centroid;
+            let at = |steps: f32| [0.0, 0.1, 0.2].map(|t| foot + steps * outward + t * outward);
+            assert!(is_beyond(lamp, side, at(0.1), 1e-5), "{side}");
+            assert!(!is_beyond(lamp, side, at(-0.3), 1e-5), "{side}");
+            assert!(!is_beyond(lamp, (side + 1) % 3, at(0.1), 1e-5), "{side}");
+        }
+    }
+
+    /// Tiny triangles lie in the plane of a large one, though it does not lie in theirs.
+    #[test]
+    fn triangles_in_one_plane_are_in_one_place_where_they_overlap() {
+        let flat = [Vec3::ZERO, Vec3::X, Vec3::Z];
+        let tilted = [Vec3::ZERO, Vec3::X, Vec3::new(0.0, 1.0, 1.0)];
+        let others = [
+            (flat.map(|p| p + Vec3::new(0.3, 0.0, 0.2)), true),
+            (flat.map(|p| p + 2.0 * Vec3::X), false),
+            (flat.map(|p| p + 1e-4 * Vec3::Y), false),
+            (tilted, false),
+            (tilted.map(|p| Vec3::new(0.2, 0.0, 0.2) + 2e-6 * p), true),
+        ];
+        let mesh = |corners: [Vec3; 3]| Mesh::new("triangle", corners.to_vec(), vec![[0, 1, 2]], WALL);
+        let scene = scene_of([flat].into_iter().chain(others.map(|other| other.0)).map(mesh).collect());
+        let triangles = Triangles::of(&scene);
+        let face = |mesh| Face { mesh, triangle: 0 };
+        for (number, (other, expected)) in (1..).zip(others) {
+            assert_eq!(are_in_one_place(&triangles, face(0), face(number)), expected, "{other:?}");
+            assert_eq!(are_in_one_place(&triangles, face(number), face(0)), expected, "{other:?}");
+        }
+    }
+
+    #[test]
+    fn tolerances_go_with_the_largest_coordinate() {
+        let corners = [Vec3::ZERO, Vec3::new(1.0, -8.0, 2.0), Vec3::splat(3.0)];
+        assert_eq!(tolerance(corners), 16.0 * f64::from(RELATIVE_POSITION_ERROR));
     }
 }

@@ -222,3 +222,34 @@ impl Reach<'_> {
         Err(why_not.unwrap_or_else(|| wanted.absent.into()))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::light::Distant;
+    use crate::math::{BoundingSphere, Rgb};
+
+    /// On all axes by more than the scene is wide, also where it lies far from the origin.
+    #[test]
+    fn light_from_afar_is_outside_of_all_surfaces() {
+        let ball = BoundingSphere { center: Vec3::ZERO, radius: 1.0 };
+        let light = Light::Distant(Distant { direction: Vec3::X, irradiance: Rgb::ONE, ball });
+        for (min, max) in [
+            (Vec3::new(-3.0, -2.0, 1.0), Vec3::new(-1.0, 4.0, 2.0)),
+            (Vec3::splat(1e6), Vec3::splat(1e6 + 1.0)),
+            (Vec3::splat(-1e6), Vec3::splat(-1e6 + 1.0)),
+        ] {
+            let afar = light_box(&light, Aabb { min, max });
+            assert!(afar.min == afar.max && afar.min.cmpgt(max + 2.0 * (max - min)).all(), "{afar:?}");
+            assert!((afar.min - max).cmpge(max.abs()).all(), "{afar:?}");
+        }
+        assert_eq!(light_box(&light, Aabb::EMPTY), Aabb::of_points([Vec3::ZERO]));
+    }
+
+    #[test]
+    fn a_camera_is_as_large_as_its_lens() {
+        let pinhole = CameraDesc::pinhole(Vec3::new(1.0, 2.0, 3.0), Vec3::ZERO, 40.0);
+        let Aabb { min, max } = camera_box(&CameraDesc { lens_radius: 0.5, ..pinhole });
+        assert_eq!((min, max), (Vec3::new(0.5, 1.5, 2.5), Vec3::new(1.5, 2.5, 3.5)));
+    }
+}
