@@ -3,7 +3,7 @@ use std::path::{Path, PathBuf};
 
 use super::args::ConvertArgs;
 use super::error::{CliError, Outcome};
-use super::load;
+use super::loading::load;
 use crate::input;
 use crate::output::{check_writable, write_bytes};
 use crate::scene::save;

@@ -24,6 +24,7 @@ mod interrupt;
 mod json_lines;
 mod judgement;
 mod live;
+mod loading;
 mod memory;
 mod merge;
 mod outputs;
@@ -36,16 +37,14 @@ mod render;
 mod shell;
 mod study;
 mod surface;
+mod threads;
 mod variables;
 mod worker;
 
-use std::path::Path;
 use std::process::ExitCode;
 
 use args::Command;
 use error::{CliError, Outcome};
-
-use crate::scene::{Access, SceneDesc, load_with};
 
 /// Runs the command that the process was started with.
 ///
@@ -83,37 +82,4 @@ fn dispatch(command: Command) -> Result<Outcome, CliError> {
         Command::Completions(args) => shell::completions(&args),
         Command::Man(args) => shell::man(&args),
     }
-}
-
-/// Gives rayon the number of threads asked for; all of the machine's without one.
-fn use_threads(threads: Option<usize>) -> Result<usize, CliError> {
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(threads.unwrap_or(0))
-        .build_global()
-        .map_err(|error| CliError::Threads { reason: error.to_string() })?;
-    Ok(rayon::current_num_threads())
-}
-
-/// Loads a scene that is to be rendered in `size`, if one is asked for.
-fn load_sized(
-    path: &Path,
-    access: impl Into<Access>,
-    size: Option<(u32, u32)>,
-) -> Result<SceneDesc, CliError> {
-    let mut desc = load(path, access)?;
-    desc.film = size.map_or(desc.film, |size| desc.film.resized(size));
-    Ok(desc)
-}
-
-/// Loads a scene and passes on what its loader noticed.
-fn load(path: &Path, access: impl Into<Access>) -> Result<SceneDesc, CliError> {
-    const MOST_TOLD: usize = 100;
-    let desc = load_with(path, &access.into())?;
-    for warning in desc.warnings.iter().take(MOST_TOLD) {
-        note!("warning: {warning}");
-    }
-    if desc.warnings.len() > MOST_TOLD {
-        note!("warning: and {} more warnings", desc.warnings.len() - MOST_TOLD);
-    }
-    Ok(desc)
 }
