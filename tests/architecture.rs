@@ -16,13 +16,8 @@ const NINETIETH_LINES: usize = 30;
 const MOST_LINES: usize = 60;
 
 /// Files whose importers they import, and why that is left so.
-const CIRCLES_LEFT: [(&str, &str); 5] = [
-    ("cli/mod.rs", "it runs the commands, and loads scenes and sets threads for them"),
-    ("ppm/mod.rs", "a render is made of its phases, and these go on in its methods"),
-    ("study/measure.rs", "it measures against references, which are measured by it"),
-    ("study/page.rs", "its sections on convergence stand apart, and are written with its words"),
-    ("study/summary.rs", "it sums up convergence, which is fitted to its curves"),
-];
+const CIRCLES_LEFT: [(&str, &str); 1] =
+    [("ppm/mod.rs", "a render is made of its phases, and these go on in its methods")];
 
 /// One row of the table in `ARCHITECTURE.md`.
 struct Row {

@@ -2,9 +2,10 @@
 
 use serde::Serialize;
 
+use super::curve_point::CurvePoint;
 use super::fit::{tail, weighed_exponent};
-use super::summary::Theory;
-use super::{Configuration, CurvePoint, Method, Parts, Separation};
+use super::theory::Theory;
+use super::{Configuration, Method, Parts, Separation};
 use crate::math::PowerLaw;
 
 /// `s` in `passes^-s`, over the last part of a curve.

@@ -1,14 +1,12 @@
 //! Renders configurations in turn and holds their pictures against the reference.
 
-use std::fmt::{self, Write};
-use std::hash::Hasher;
 use std::path::{Path, PathBuf};
 
-use fnv::FnvHasher;
-
+use super::fingerprint::{described, fingerprint};
 use super::flat::flat_pixels;
 use super::looks::Looks;
 use super::reference::Reference;
+use super::watch::Watch;
 use super::{Configuration, Journal, Method, Point, Run, StudyError};
 use crate::bench::timing::timed;
 use crate::compare::Metrics;
@@ -51,37 +49,6 @@ impl Plan {
         let settings = (configuration, self.seconds_per_run, self.seed, reference, &self.surroundings);
         format!("{:016x}", fingerprint(&(described(&self.desc), settings)))
     }
-}
-
-/// All of a scene but where it was read.
-pub(super) fn described(desc: &SceneDesc) -> SceneDesc {
-    let desc = desc.clone().without_places();
-    SceneDesc { name: String::new(), path: PathBuf::new(), warnings: Vec::new(), ..desc }
-}
-
-/// A number that differs where the debug texts differ, for all that matters: FNV-1a of the text.
-pub(super) fn fingerprint(value: &impl fmt::Debug) -> u64 {
-    struct Hash(FnvHasher);
-    impl Write for Hash {
-        fn write_str(&mut self, text: &str) -> fmt::Result {
-            self.0.write(text.as_bytes());
-            Ok(())
-        }
-    }
-    let mut hash = Hash(FnvHasher::default());
-    // Hashing never fails.
-    let _ = write!(hash, "{value:?}");
-    hash.0.finish()
-}
-
-/// What the measurement asks and tells those who started it.
-pub trait Watch {
-    /// Whether to stop now; what is unfinished is dropped.
-    fn is_over(&self) -> bool;
-    /// A run begins.
-    fn begins(&self, configuration: &str, repetition: u32);
-    /// A run is finished, or was before.
-    fn is_done(&self);
 }
 
 /// Runs every configuration once in each round, so that a slow spell of the machine hits all alike, and skips what the

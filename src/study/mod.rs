@@ -6,7 +6,9 @@
 
 mod configuration;
 mod convergence;
+mod curve_point;
 mod error;
+mod fingerprint;
 mod fit;
 mod flat;
 mod journal;
@@ -15,6 +17,7 @@ mod looks;
 mod measure;
 mod page;
 mod page_convergence;
+mod page_words;
 mod pictures;
 pub mod reference;
 mod report;
@@ -22,16 +25,21 @@ mod separation;
 mod summary;
 #[cfg(test)]
 mod testing;
+mod theory;
+mod watch;
 
 pub use configuration::{Axis, Configuration, Method, Subject, configurations};
 pub use convergence::{Convergence, Rate};
+pub use curve_point::{CurvePoint, ErrorSpread};
 pub use error::StudyError;
 pub use fit::{Confidence, crossing, pareto_front, price_of_half, tail};
 pub use journal::{Journal, Point, Run};
 pub use leader::Duel;
-pub use measure::{Plan, Watch, measure, picture_path};
+pub use measure::{Plan, measure, picture_path};
 pub use page::{page, prices};
 pub use pictures::{Gallery, Shown};
 pub use report::{FrontRow, StudyReport, TARGETS};
 pub use separation::{Parts, Separation};
-pub use summary::{Conclusion, Curve, CurvePoint, ErrorSpread, SecondsTo, Theory};
+pub use summary::{Conclusion, Curve, SecondsTo};
+pub use theory::Theory;
+pub use watch::Watch;

@@ -1,9 +1,10 @@
 //! The study as one page for a browser, on a screen of any width and on paper.
 
 use super::page_convergence::{convergence, duels};
+use super::page_words::{Line, digits, section, text};
 use super::pictures::{Shown, gradient};
 use super::{Axis, Conclusion, Curve, Gallery, SecondsTo, StudyReport};
-use crate::report::{Cell, Document, Plot, Scale, Table, escape, facts_to_html, with_code};
+use crate::report::{Cell, Document, Plot, Scale, Table, escape, facts_to_html};
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
@@ -53,17 +54,6 @@ pub fn page(report: &StudyReport, gallery: &Gallery) -> String {
     ];
     let title = format!("What accuracy costs: {}", report.scene);
     Document { title, facts, style: STYLE, body: body.concat(), script: SCRIPT }.to_html()
-}
-
-/// Stars emphasise, backticks mark code.
-pub(super) fn text(source: &str) -> String {
-    let part =
-        |(index, part): (usize, &str)| if index % 2 == 1 { format!("<em>{part}</em>") } else { part.into() };
-    with_code(source).split('*').enumerate().map(part).collect()
-}
-
-pub(super) fn section(title: &str, note: &str, content: &str) -> String {
-    format!("<h2>{}</h2>\n<p>{}</p>\n{content}", escape(title), text(note))
 }
 
 fn reference(report: &StudyReport) -> String {
@@ -165,16 +155,6 @@ fn conclusion(to: &SecondsTo) -> Cell {
     })
 }
 
-/// So many digits as the number deserves.
-pub(super) fn digits(x: f64, count: i32) -> String {
-    if x <= 0.0 || !x.is_finite() {
-        return Cell::Number(x).to_string();
-    }
-    let exponent = x.log10().floor() as i32 - count + 1;
-    let unit = 10f64.powi(exponent);
-    format!("{:.*}", -exponent.min(0) as usize, (x / unit).round() * unit)
-}
-
 fn front(report: &StudyReport) -> String {
     let points = |curve: &Curve| (curve.name.to_owned(), measured(curve));
     let ends = report.front.iter().map(|row| (row.seconds, row.error_percent)).collect();
@@ -229,9 +209,6 @@ fn of_axis(report: &StudyReport, axis: Axis) -> String {
     let words = if axis == Axis::Method { duels(report) } else { String::new() };
     format!("<h2>{}</h2>\n{plot}{words}", escape(axis.question()))
 }
-
-/// A name and points.
-pub(super) type Line = (String, Vec<(f64, f64)>);
 
 /// The slopes of theory, all through one point of the baseline: its own, or those that the axis tells apart.
 fn guides(axis: Axis, baseline: &Curve, shown: &[&Curve]) -> Vec<Line> {
@@ -306,22 +283,4 @@ fn figure(report: &StudyReport, shown: &Shown, index: usize) -> String {
          <figcaption>{name}{caption}</figcaption></figure>\n",
         shown.picture, shown.errors
     )
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_have_the_digits_that_they_deserve() {
-        let texts = [0.01234, 0.99, 1.26, 12.6, 126.0, 98765.0].map(|x| digits(x, 2));
-        assert_eq!(texts, ["0.012", "0.99", "1.3", "13", "130", "99000"]);
-        let texts = [0.01234, 1.0, 12.6, 126.4, 0.0, f64::NAN].map(|x| digits(x, 3));
-        assert_eq!(texts, ["0.0123", "1.00", "12.6", "126", "0.000", "-"]);
-    }
-
-    #[test]
-    fn emphasis_and_code_are_marked() {
-        assert_eq!(text("*a* `b` <c>"), "<em>a</em> <code>b</code> &lt;c&gt;");
-    }
 }

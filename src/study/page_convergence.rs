@@ -1,7 +1,7 @@
 //! Of the page: how variance and squared bias fall, each beside its theory; and who is ahead in equal time.
 
 use super::convergence::Rate;
-use super::page::{Line, digits, section};
+use super::page_words::{Line, digits, section, text};
 use super::{Axis, Curve, CurvePoint, Duel, Parts, StudyReport};
 use crate::report::{Cell, Plot, Scale, Table, escape};
 
@@ -28,7 +28,7 @@ pub(super) fn convergence(report: &StudyReport) -> String {
     }
     let table = Table { columns: COLUMNS.to_vec(), rows }.to_html();
     let note = format!("{NOTE} {}", reference(report));
-    let theory = format!("<p>{}</p>\n", super::page::text(THEORY));
+    let theory = format!("<p>{}</p>\n", text(THEORY));
     section("Variance and bias", &note, &(theory + &plots(report) + &table))
 }
 

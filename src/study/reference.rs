@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::StudyError;
-use super::measure::{Watch, described, fingerprint};
+use super::fingerprint::{described, fingerprint};
+use super::watch::Watch;
 use crate::bench::timing::timed;
 use crate::compare::{CompareError, Metrics};
 use crate::film::Image;

@@ -3,74 +3,13 @@
 use serde::Serialize;
 
 use super::convergence::Convergence;
+use super::curve_point::{CurvePoint, ErrorSpread};
 use super::fit::{Confidence, crossing, price_of_half, tail};
-use super::{Configuration, Method, Run, Separation, Subject};
+use super::theory::Theory;
+use super::{Configuration, Run, Subject};
 use crate::bench::timing::Spread;
 use crate::math::PowerLaw;
-use crate::ppm::Settings;
 use crate::scene::SceneDesc;
-
-/// A mean and the ends.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct ErrorSpread {
-    /// The mean of the repetitions.
-    pub mean: f64,
-    /// The smallest.
-    pub min: f64,
-    /// The largest.
-    pub max: f64,
-}
-
-impl ErrorSpread {
-    fn of(numbers: impl Iterator<Item = f64> + Clone) -> ErrorSpread {
-        let mean = numbers.clone().sum::<f64>() / numbers.clone().count().max(1) as f64;
-        let Spread { min, max, .. } = Spread::of(numbers);
-        ErrorSpread { mean, min, max }
-    }
-}
-
-/// What all repetitions have at a number of steps.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct CurvePoint {
-    /// Passes, or samples a pixel.
-    pub steps: u32,
-    /// Repetitions that came so far.
-    pub repetitions: usize,
-    /// Seconds of set-up and steps.
-    pub seconds: Spread,
-    /// Relative root-mean-square error in percent.
-    pub error_percent: ErrorSpread,
-    /// Mean of the relative mean square errors.
-    pub rel_mse: f64,
-    /// What of that is variance and what is bias; none for a single repetition.
-    pub separation: Option<Separation>,
-    /// The command that renders the picture of the first repetition.
-    pub command: String,
-}
-
-/// How fast errors ought to fall with the steps: exponents of the relative root-mean-square error.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Theory {
-    /// Of the noise: half that of the variance, which is `N^-α` where radii follow `α`.
-    pub noise: f64,
-    /// Of the bias, which goes with the area of the discs, `N^-(1-α)` there; `None` where there is none.
-    pub bias: Option<f64>,
-}
-
-impl Theory {
-    /// # Source
-    /// Knaus and Zwicker, "Progressive Photon Mapping: A Probabilistic Approach", ACM Transactions on Graphics 30(3), 2011.
-    pub fn of(configuration: &Configuration) -> Theory {
-        let Settings { alpha, policy, .. } = configuration.settings;
-        match configuration.method {
-            Method::PhotonMapping => {
-                let [noise, bias] = policy.exponents(alpha);
-                Theory { noise, bias: Some(bias) }
-            }
-            Method::Reference(_) => Theory { noise: 0.5, bias: None },
-        }
-    }
-}
 
 /// Where an error is reached.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -207,8 +146,8 @@ fn seconds_to(percent: f64, runs: &[&Run], law: Option<PowerLaw>, points: &[Curv
 
 #[cfg(test)]
 pub mod tests {
-    use super::super::Point;
     use super::super::testing::{desc, plan, subject};
+    use super::super::{Method, Point, Separation};
     use super::*;
     use crate::bsdf::Bsdf;
     use crate::math::Rgb;
