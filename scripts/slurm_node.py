@@ -147,6 +147,10 @@ class Node:
             raise RuntimeError(f"{' '.join(map(str, command))}: exit code {done.returncode}\n{done.stdout}\n{self.logs()}")
         return done.stdout
 
+    def begin(self, *command):
+        """The process of a client that nobody waits for; what it says is lost."""
+        return subprocess.Popen(command, env=self.environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
     def logs(self):
         names = ["slurmctld.log", "slurmd.log", "munged.out"]
         texts = [(self.folder / name) for name in names if (self.folder / name).exists()]
