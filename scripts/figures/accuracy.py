@@ -163,7 +163,7 @@ def agreement(told, name, key):
 
 
 def parts():
-    """Six minutes."""
+    """Four minutes."""
     caustica(EXACT)
     told = [curve for curve in study(PARTS, "out/study_parts")["curves"] if curve["axis"] == "convergence"]
     rows = [[curve["name"], *(slope(curve["convergence"][key]) for key in RATES.values())] for curve in told]
